@@ -1,0 +1,25 @@
+"""The built-in plug-ins: the first users of the public contract."""
+
+from gripwright.plugin_api.manifest import API_VERSION, Manifest, PluginEntry
+
+_HERE = "gripwright_builtin"
+
+manifest = Manifest(
+    name="gripwright-builtin",
+    version="0.1.0",
+    api_version=API_VERSION,
+    plugins=(
+        PluginEntry(kind="segmenter", key="sdf", target=f"{_HERE}.segmenters.sdf:SdfSegmenter"),
+        PluginEntry(kind="fitter", key="cylinder", target=f"{_HERE}.fitters.cylinder:CylinderFitter"),
+        PluginEntry(kind="fitter", key="box", target=f"{_HERE}.fitters.box:BoxFitter"),
+        PluginEntry(kind="affordance", key="marked", target=f"{_HERE}.affordance.marked:MarkedRegions"),
+        PluginEntry(kind="rule", key="three_finger_cylinder", target=f"{_HERE}.rules.cylinder:ThreeFingerCylinder"),
+        PluginEntry(kind="rule", key="two_finger_box", target=f"{_HERE}.rules.box:TwoFingerBox"),
+        PluginEntry(kind="hand", key="centric_3", target=f"{_HERE}.hands.centric:CentricHand"),
+        PluginEntry(kind="hand", key="parallel_2", target=f"{_HERE}.hands.parallel:ParallelHand"),
+        PluginEntry(kind="planner", key="axial", target=f"{_HERE}.planners.axial:AxialPlanner"),
+        PluginEntry(kind="planner", key="facet_pairs", target=f"{_HERE}.planners.facet_pairs:FacetPairPlanner"),
+        PluginEntry(kind="optimizer", key="set_cover", target=f"{_HERE}.optimizers.set_cover:SetCoverOptimizer"),
+        PluginEntry(kind="finger", key="straight", target=f"{_HERE}.fingers.straight:StraightFinger"),
+    ),
+)

@@ -1,0 +1,97 @@
+"""Grip requirements, grasps and grasp constraints. Gripper frame G: origin at the fingertips' level, +z approach, +x finger 1."""
+
+from dataclasses import dataclass
+
+from gripwright.domain.errors import Rejection
+from gripwright.domain.shape import FloatArray, Primitive
+
+PARALLEL_2 = "parallel-2"
+CENTRIC_3 = "centric-3"
+EXTERNAL = "external"
+INTERNAL = "internal"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GripRequirement:
+    """What a rule asks of a gripper before the assembly is considered.
+
+    `approach_C` are unit vectors along which the gripper's +z may point; empty: any direction that keeps the fingers on
+    the surfaces. `grip_axes_C` are the directions across which a parallel gripper closes; empty for centric ones.
+    """
+
+    gripper_type: str
+    opening_width_mm: float
+    grip: str = EXTERNAL
+    approach_C: FloatArray  # (a, 3)
+    grip_axes_C: FloatArray  # (b, 3)
+    primitive: Primitive
+    rule: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Grasp:
+    """A hand pose on a component: `X_CG` is the gripper frame seen from the component's."""
+
+    X_CG: FloatArray  # (4, 4)
+    gripper_type: str
+    grip: str
+    opening_width_mm: float
+    contact_offset_mm: float = 0.0
+    label: str = ""  # how it was planned, for the report: "axis +z, depth 3.2, 30°"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Hold:
+    """What holding a grasp asks of the gripper."""
+
+    required_force_N: float  # total grip force that friction needs, safety factor 1
+    moment_Nmm: float  # largest moment about the contacts
+    symmetry: float  # 1: the insertion force acts on the grip axis
+    contact_area_mm2: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FreeGrasp:
+    """A grasp that holds during one operation, with its bounds on the finger length.
+
+    `finger_length_min_mm[k]` is L⁻ for a palm envelope of `envelopes_mm[k]` (see HandModel); inf where none helps.
+    """
+
+    grasp: Grasp
+    envelopes_mm: FloatArray  # (e,)
+    finger_length_min_mm: FloatArray  # (e,)
+    finger_length_max_mm: float  # inf: unbounded
+    release_opening_mm: float
+    gap_mm: float  # estimate; verify states the measured one
+    hold: Hold
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SegmentVerdict:
+    """How one segment of one component fares in one operation: free grasps, or the first constraint that failed."""
+
+    segment: int
+    requirement: GripRequirement | None
+    grasps_planned: int
+    free: tuple[FreeGrasp, ...]
+    rejection: Rejection | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OperationVerdict:
+    """All segments of the components that the gripper may hold in one operation."""
+
+    operation: str
+    components: dict[str, tuple[SegmentVerdict, ...]]
+    warnings: tuple[str, ...]
+    timings: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GraspConstraint:
+    """C_ij = {F, W, L⁻, L⁺} of one alternative; bounds are closed, `finger_length_max_mm` may be inf."""
+
+    gripper_type: str
+    opening_width_mm: float
+    finger_length_min_mm: float
+    finger_length_max_mm: float

@@ -1,0 +1,129 @@
+"""Actuators, gripper parameters and the gripper set."""
+
+from dataclasses import dataclass, field
+
+from gripwright.domain.grasp import EXTERNAL, INTERNAL, Grasp, GraspConstraint, Hold
+from gripwright.domain.shape import FloatArray, Mesh
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Actuator:
+    """A bought gripper actuator (air chuck, electric gripper). None: the maker's figure is not known."""
+
+    maker: str
+    model: str
+    gripper_type: str
+    stroke_mm: float  # total change of opening width (diameter for centric ones)
+    opening_max_mm: float | None = None  # distance of the jaws' own references, fully open
+    grip_force_N: float | None = None  # total: the sum over the jaws
+    mass_kg: float | None = None
+    finger_length_max_mm: float | None = None
+    finger_mass_max_kg: float | None = None
+    body_diameter_mm: float | None = None
+    body_length_mm: float | None = None
+    price: float | None = None
+    stroke_basis: str = "total"  # as the maker states it: total, diameter, per-jaw
+    force_basis: str = "unknown"  # as the maker states it: total, per-jaw, unknown
+    confidence: str = "C"
+    source: str = ""
+    note: str = ""
+
+    @property
+    def name(self) -> str:
+        """Maker and model, as plans and BOMs name it."""
+        return f"{self.maker}/{self.model}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GripperParameters:
+    """One candidate gripper: P_j = {F_j, W_j⁻, W_j⁺, L_j}."""
+
+    gripper_type: str
+    opening_min_mm: float
+    opening_max_mm: float
+    finger_length_mm: float
+    grip: str = EXTERNAL
+
+    def satisfies(self, constraint: GraspConstraint, release_clearance_mm: float) -> bool:
+        """Whether a_ij = 1 (Eq. 2). Bounds are closed; the release asks for room to open (close, for an internal grip)."""
+        if self.gripper_type != constraint.gripper_type:
+            return False
+        low, high = self.opening_min_mm, self.opening_max_mm
+        if self.grip == INTERNAL:
+            low += release_clearance_mm
+        else:
+            high -= release_clearance_mm
+        return (
+            low <= constraint.opening_width_mm <= high
+            and constraint.finger_length_min_mm <= self.finger_length_mm <= constraint.finger_length_max_mm
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Handle:
+    """One operation that a gripper does: where it holds which component, and how well."""
+
+    operation: str
+    component: str
+    segment: int
+    opening_width_mm: float
+    release_opening_mm: float
+    grasp: Grasp
+    gap_mm: float
+    hold: Hold
+    safety_factor: float | None  # grip force over the force that friction needs; None: the actuator's force is unknown
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Gripper:
+    """A gripper of the set: actuator, opening range, finger length and what it handles."""
+
+    id: str
+    gripper_type: str
+    fingers: int
+    grip: str
+    opening_min_mm: float
+    opening_max_mm: float
+    finger_length_mm: float
+    actuator: Actuator
+    jaw_offset_mm: float
+    envelope_mm: float  # radius of the palm envelope that the constraints assumed
+    handles: tuple[Handle, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FingerSpec:
+    """What a finger designer is asked for. All in the finger frame F (gripping surface x = 0, tip end z = 0)."""
+
+    gripper_type: str
+    grip: str
+    finger_length_mm: float
+    jaw_offset_mm: float
+    opening_min_mm: float
+    opening_max_mm: float
+    stroke_mm: float
+    fingers: int
+    envelope_mm: float  # nothing of the finger may lie farther from the gripper's axis, at opening_max
+    actuator: Actuator
+    contact_radii_mm: tuple[float, ...]  # of the components held; inf for flat ones
+    grip_force_N: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FingerDesign:
+    """A finger as made: exact solid (OCP's binary BRep) in the finger frame, and its closed mesh."""
+
+    brep: bytes
+    mesh: Mesh
+    material: str
+    volume_mm3: float
+    mass_kg: float
+    properties: dict[str, float] = field(default_factory=dict)  # deflection_mm, wall_min_mm, …
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ConvexSolid:
+    """The convex hull of some points, in the frame its producer states."""
+
+    vertices_mm: FloatArray  # (n, 3)
+    role: str  # "finger-1", "palm", "body", …

@@ -1,0 +1,164 @@
+"""Meshes, segments and primitives of one component, in the component's own frame C, lengths in mm."""
+
+from dataclasses import dataclass, field
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Mesh:
+    """A triangle mesh. Faces wind counter-clockwise seen from outside.
+
+    A prepared mesh is the mesh of the file with its long thin triangles divided, so that a face of it lies wholly inside
+    one face of the file: `source_faces` names that face. Nothing moves by preparation; where threads were smoothed,
+    `smooth_vertices_mm` holds the moved positions, for segmentation alone.
+    """
+
+    vertices_mm: FloatArray  # (n, 3)
+    faces: IntArray  # (m, 3) vertex indices
+    source_faces: IntArray | None = None  # (m,) face of the file, None: the file's own faces
+    smooth_vertices_mm: FloatArray | None = None  # (n, 3)
+
+    @property
+    def triangles_mm(self) -> FloatArray:
+        """Corner points, (m, 3, 3)."""
+        return self.vertices_mm[self.faces]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Segment:
+    """A connected set of faces of one component's prepared mesh. The segments of a component partition its faces."""
+
+    id: int
+    faces: IntArray  # (k,) indices into mesh.faces, ascending
+    area_mm2: float
+    hull_volume_mm3: float
+
+
+@runtime_checkable
+class Primitive(Protocol):
+    """A simple shape fitted to a segment. Open: plug-ins bring their own classes (frozen dataclasses)."""
+
+    @property
+    def kind(self) -> str:
+        """What rules dispatch on: "cylinder", "box", "cone", …"""
+        ...
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume of the closed primitive, compared with the segment's convex hull (paper, section 4.2)."""
+        ...
+
+    @property
+    def surface_filled(self) -> bool:
+        """Whether a surface that a gripper would hold has material behind it (paper, section 4.2)."""
+        ...
+
+    @property
+    def rms_mm(self) -> float:
+        """Root mean square distance of the segment's supporting points from the primitive's surface."""
+        ...
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON values in mm and the component's frame, without `kind`."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Cylinder:
+    """A right circular cylinder: `center_C` is the midpoint of its axis, `height_mm` its full height along `axis_C`."""
+
+    center_C: FloatArray  # (3,)
+    axis_C: FloatArray  # (3,) unit
+    radius_mm: float
+    height_mm: float
+    internal: bool  # True: a bore, normals point to the axis
+    arc_rad: float  # angle about the axis that is covered by surface, 0..2π
+    rms_mm: float
+    surface_filled: bool
+    radius_sigma_mm: float = 0.0  # standard error of the radius
+    axis_sigma_rad: float = 0.0  # standard error of the axis direction
+    kind: str = field(default="cylinder", init=False)
+
+    @property
+    def volume_mm3(self) -> float:
+        """π r² h."""
+        return float(np.pi * self.radius_mm**2 * self.height_mm)
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON values, mm and degrees."""
+        return {
+            "radius": self.radius_mm,
+            "height": self.height_mm,
+            "axis": self.axis_C.tolist(),
+            "center": self.center_C.tolist(),
+            "internal": self.internal,
+            "arc": float(np.degrees(self.arc_rad)),
+            "rms": self.rms_mm,
+            "radius_sigma": self.radius_sigma_mm,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Box:
+    """An oriented bounding box, centred on frame B, its extents along B's axes.
+
+    `filled` gives, for the faces −x, +x, −y, +y, −z, +z of B, the fraction of the face's area that is covered by surface
+    of the segment lying on it (0..1).
+    """
+
+    X_CB: FloatArray  # (4, 4)
+    extents_mm: FloatArray  # (3,)
+    filled: FloatArray  # (6,)
+    filled_min: float  # fraction from which a face counts as filled
+    rms_mm: float
+    kind: str = field(default="box", init=False)
+
+    @property
+    def volume_mm3(self) -> float:
+        """Product of the extents."""
+        return float(np.prod(self.extents_mm))
+
+    @property
+    def surface_filled(self) -> bool:
+        """Whether at least one pair of opposite faces is filled."""
+        return bool(((self.filled[0::2] >= self.filled_min) & (self.filled[1::2] >= self.filled_min)).any())
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON values, mm."""
+        return {
+            "extents": self.extents_mm.tolist(),
+            "axes": self.X_CB[:3, :3].T.tolist(),
+            "center": self.X_CB[:3, 3].tolist(),
+            "filled": self.filled.tolist(),
+            "rms": self.rms_mm,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SegmentAnalysis:
+    """A segment with the primitive that was kept, or the reason why none was; `fits` says how each fitter fared."""
+
+    segment: Segment
+    primitive: Primitive | None
+    fits: tuple[dict[str, Any], ...]  # JSON: fitter, kind, volume_ratio, surface_filled, kept | code, detail
+    reason: str  # one sentence: why this primitive was kept or none was
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Analysis:
+    """What is known of one distinct mesh: prepared, segmented, fitted."""
+
+    mesh: Mesh  # prepared
+    source_labels: IntArray  # (faces of the file,) segment id
+    segments: tuple[SegmentAnalysis, ...]
+    segmenter: str
+    warnings: tuple[str, ...]
+    timings: dict[str, float]  # s, disjoint parts: prepare.*, segment.*, fit.*
+    sdf: FloatArray | None = None  # (m,) shape diameter a face, mm, where the segmenter computes one

@@ -1,0 +1,34 @@
+"""THE public contract for plug-in authors. Semantic versioning: `API_VERSION`. Everything a plug-in may import is here,
+in `gripwright.domain` and in `gripwright.geometry`."""
+
+from gripwright.plugin_api.context import RunContext
+from gripwright.plugin_api.contracts import (
+    AffordanceDetector,
+    FingerDesigner,
+    GraspPlanner,
+    GripperOptimizer,
+    GripperRule,
+    HandModel,
+    Plugin,
+    PrimitiveFitter,
+    Segmenter,
+)
+from gripwright.plugin_api.manifest import API_VERSION, Manifest, PluginEntry
+from gripwright.plugin_api.params import Params
+
+__all__ = [
+    "API_VERSION",
+    "AffordanceDetector",
+    "FingerDesigner",
+    "GraspPlanner",
+    "GripperOptimizer",
+    "GripperRule",
+    "HandModel",
+    "Manifest",
+    "Params",
+    "Plugin",
+    "PluginEntry",
+    "PrimitiveFitter",
+    "RunContext",
+    "Segmenter",
+]

@@ -1,0 +1,115 @@
+"""The public contract: eight Protocols. Lengths in mm, angles in rad, meshes and primitives in the component's frame C.
+
+Common rules: `cls(params)` does no work; arguments are never changed; the same input and seed give the same result
+(randomness from `ctx.rng` alone); an expected "no" is a `Rejection`, an exception means a defect; long work calls
+`ctx.progress` every few seconds (cancellation arrives there as an exception: let it through); instances and results are
+picklable.
+"""
+
+from collections.abc import Sequence
+from typing import ClassVar, Protocol
+
+from gripwright.domain.affordance import Forbidden
+from gripwright.domain.assembly import Component
+from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import Grasp, GripRequirement
+from gripwright.domain.gripper import ConvexSolid, FingerDesign, FingerSpec
+from gripwright.domain.gripper_set import GripperSet, GripperSetProblem
+from gripwright.domain.shape import FloatArray, Primitive, Segment
+from gripwright.plugin_api.context import RunContext
+from gripwright.plugin_api.params import Params
+
+
+class Plugin(Protocol):
+    """What every plug-in has: a key unique in its kind, and a parameter model that is constructible without arguments."""
+
+    key: ClassVar[str]
+    params_model: ClassVar[type[Params]]
+
+
+class Segmenter(Plugin, Protocol):
+    """Divides a component's surface into segments."""
+
+    def segment(self, component: Component, ctx: RunContext) -> Sequence[Segment]:
+        """Partition the faces of `component.mesh`. Every face is in exactly one segment; ids count from 0."""
+        ...
+
+
+class PrimitiveFitter(Plugin, Protocol):
+    """Fits one kind of primitive to a segment."""
+
+    def fit(self, component: Component, segment: Segment, ctx: RunContext) -> Primitive | Rejection:
+        """The primitive that follows the segment's surface best, or why there is none."""
+        ...
+
+
+class AffordanceDetector(Plugin, Protocol):
+    """Finds surface that must not be touched."""
+
+    def detect(self, component: Component, segments: Sequence[Segment], ctx: RunContext) -> Sequence[Forbidden]:
+        """Regions of the component that a finger must not touch, each with its evidence."""
+        ...
+
+
+class GripperRule(Plugin, Protocol):
+    """Says which gripper holds a primitive."""
+
+    accepts: ClassVar[frozenset[str]]  # primitive kinds; the host dispatches on them
+
+    def apply(self, fit: Primitive) -> Sequence[GripRequirement] | Rejection:
+        """Grip requirements of this primitive, the preferred one first, or why it has none."""
+        ...
+
+
+class HandModel(Plugin, Protocol):
+    """The hand of one gripper type as convex solids in the gripper frame G."""
+
+    gripper_type: ClassVar[str]
+    fingers: ClassVar[int]
+
+    def finger_poses(self, opening_width_mm: float) -> FloatArray:
+        """X_GF of each finger, (fingers, 4, 4): Rz(θi)·Tx(W/2)."""
+        ...
+
+    def finger(self, finger_length_mm: float, grip: str) -> Sequence[ConvexSolid]:
+        """Stem and tip of one finger in the finger frame F; within x ≥ 0 (x ≤ 0 for an internal grip)."""
+        ...
+
+    def palm(self, finger_length_mm: float, envelope_mm: float, depth_mm: float) -> Sequence[ConvexSolid]:
+        """All that is not stem (bases, arms, actuator body): from z = −L back by `depth_mm`, within `envelope_mm` of the axis."""
+        ...
+
+    def opening_floor_mm(self, grip: str) -> float:
+        """The opening below which the fingers would meet each other."""
+        ...
+
+
+class GraspPlanner(Plugin, Protocol):
+    """Plans hand poses on one segment."""
+
+    gripper_types: ClassVar[frozenset[str]]
+
+    def plan(
+        self, component: Component, segment: Segment, requirement: GripRequirement, hand: HandModel, ctx: RunContext
+    ) -> Sequence[Grasp]:
+        """Grasps worth trying, the most promising first; collisions are the host's business."""
+        ...
+
+
+class GripperOptimizer(Plugin, Protocol):
+    """Solves the gripper-set problem (Eq. 1 and 2 of the paper)."""
+
+    def solve(self, problem: GripperSetProblem, ctx: RunContext) -> GripperSet:
+        """The smallest set, with its lower bound; `proven` only where the two are equal and the solver says so."""
+        ...
+
+
+class FingerDesigner(Plugin, Protocol):
+    """Makes the finger of a gripper."""
+
+    gripper_types: ClassVar[frozenset[str]]
+
+    def design(self, spec: FingerSpec, ctx: RunContext) -> FingerDesign | Rejection:
+        """One finger that serves all its components, in the finger frame, or why it cannot be made."""
+        ...
+

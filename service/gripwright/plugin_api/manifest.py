@@ -1,0 +1,30 @@
+"""How a distribution announces its plug-ins: a static manifest behind the entry point group `gripwright.plugins`."""
+
+from dataclasses import dataclass
+
+API_VERSION = "1.0"
+"""Version of the contract. A plug-in made for 1.x loads with every later 1.y."""
+
+ENTRY_POINT_GROUP = "gripwright.plugins"
+
+KINDS = ("segmenter", "fitter", "affordance", "rule", "hand", "planner", "optimizer", "finger")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PluginEntry:
+    """One plug-in: its kind, key and where its class is, as `module:Class`. `primitives` names the classes it returns."""
+
+    kind: str
+    key: str
+    target: str
+    primitives: tuple[str, ...] = ()  # "module:Class" of primitives of its own
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Manifest:
+    """What the entry point must resolve to."""
+
+    name: str
+    version: str
+    api_version: str
+    plugins: tuple[PluginEntry, ...]
