@@ -1,10 +1,15 @@
 """Settings of the service, from the environment: `GRIPWRIGHT_` and the field's name in capitals."""
 
-from functools import cached_property
+import os
 from pathlib import Path
+from typing import Annotated
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+
+def _absolute(path: Path) -> Path:
+    return path.expanduser().resolve()
 
 
 class Settings(BaseSettings):
@@ -12,38 +17,45 @@ class Settings(BaseSettings):
 
     model_config = SettingsConfigDict(env_prefix="GRIPWRIGHT_", populate_by_name=True, extra="ignore", frozen=True)
 
-    data_dir: Path = Field(
-        Path("~/.local/share/gripwright"),
+    data_dir: Annotated[Path, AfterValidator(_absolute)] = Field(
+        default=_absolute(Path("~/.local/share/gripwright")),
         validation_alias="GRIPWRIGHT_DATA",
         description="folder of the database, the artifacts and the stored step results",
     )
-    database_url: str = Field("", description="SQLAlchemy URL; empty: SQLite in `data_dir`, migrated by `serve` itself")
+    database_url: str | None = Field(
+        default=None, description="SQLAlchemy URL; none: SQLite in `data_dir`, migrated by `serve` itself"
+    )
+    jobs_database_url: str | None = Field(default=None, description="of the job engine's own tables; none: SQLite in `data_dir`")
     host: str = "127.0.0.1"
-    port: int = Field(8000, ge=0, le=65535)
-    workers: int = Field(1, ge=0, le=64, description="worker processes embedded in `serve`")
-    upload_max_bytes: int = Field(512 * 2**20, ge=1, description="of one product upload")
-    body_max_bytes: int = Field(8 * 2**20, ge=1, description="of any other request body")
-    upload_max_files: int = Field(1000, ge=1, description="parts of one multipart upload")
-    gripper_set_timeout_s: float = Field(30.0, gt=0, description="longest synchronous gripper-set optimisation")
-    webhook_private_targets: bool = Field(False, description="allow webhooks to loopback and private addresses")
-    webhook_attempts: int = Field(8, ge=1, le=20, description="deliveries tried before one is given up")
-
-    @cached_property
-    def data_path(self) -> Path:
-        """`data_dir` as an absolute path."""
-        return self.data_dir.expanduser().resolve()
+    port: int = Field(default=8000, ge=0, le=65535)
+    workers: int = Field(default=os.cpu_count() or 1, ge=0, le=64, description="worker processes embedded in `serve`")
+    step_memory_mb: int = Field(default=4096, ge=256, description="of one step of a design")
+    step_timeout_s: float = Field(default=900.0, gt=0, description="of one step of a design")
+    plugins_allow: tuple[str, ...] | None = Field(default=None, description="distributions whose plug-ins may load; none: all")
+    plugins_strict: bool = Field(default=False, description="a plug-in that fails to load is an error")
+    upload_max_bytes: int = Field(default=512 * 2**20, ge=1, description="of one product upload")
+    upload_max_files: int = Field(default=1000, ge=1, description="parts of one product upload")
+    body_max_bytes: int = Field(default=8 * 2**20, ge=1, description="of any other request body")
+    gripper_set_timeout_s: float = Field(default=30.0, gt=0, description="longest synchronous gripper-set optimisation")
+    webhook_private_targets: bool = Field(default=False, description="allow webhooks to loopback and private addresses")
+    webhook_attempts: int = Field(default=8, ge=1, le=20, description="deliveries tried before a message is given up")
 
     @property
     def uses_default_database(self) -> bool:
         """Whether the database is the SQLite file in `data_dir`."""
-        return not self.database_url
+        return self.database_url is None
 
     @property
     def resolved_database_url(self) -> str:
         """The SQLAlchemy URL to connect to; a PostgreSQL URL gets the psycopg driver."""
-        if self.uses_default_database:
-            return f"sqlite:///{self.data_path / 'gripwright.db'}"
+        if self.database_url is None:
+            return f"sqlite:///{self.data_dir / 'gripwright.db'}"
         for prefix in ("postgresql://", "postgres://"):
             if self.database_url.startswith(prefix):
                 return "postgresql+psycopg://" + self.database_url.removeprefix(prefix)
         return self.database_url
+
+
+def load_settings() -> Settings:
+    """The settings of this process."""
+    return Settings()

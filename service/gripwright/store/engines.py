@@ -1,0 +1,50 @@
+"""Database engines. SQLite: WAL, writers take the lock at once (`BEGIN IMMEDIATE`), readers have an engine of their own."""
+
+from collections.abc import Callable
+from typing import Any
+
+from sqlalchemy import Connection, Engine, create_engine, event
+from sqlalchemy.engine import make_url
+from sqlalchemy.orm import Session, sessionmaker
+
+BUSY_TIMEOUT_S = 30.0
+
+
+class Database:
+    """The write and the read sessions of one database."""
+
+    def __init__(self, url: str) -> None:
+        self.url = url
+        self.write_engine = _engine(url, begin="BEGIN IMMEDIATE")
+        self.read_engine = _engine(url, begin="BEGIN")
+        self.write_sessions: sessionmaker[Session] = sessionmaker(self.write_engine, expire_on_commit=False)
+        self.read_sessions: sessionmaker[Session] = sessionmaker(self.read_engine, expire_on_commit=False)
+
+    def dispose(self) -> None:
+        """Close all connections."""
+        self.write_engine.dispose()
+        self.read_engine.dispose()
+
+
+def _engine(url: str, *, begin: str) -> Engine:
+    if make_url(url).get_backend_name() != "sqlite":
+        return create_engine(url, pool_pre_ping=True)
+    engine = create_engine(url, connect_args={"timeout": BUSY_TIMEOUT_S})
+    event.listen(engine, "connect", _configure_sqlite)
+    event.listen(engine, "begin", _begin_with(begin))
+    return engine
+
+
+def _configure_sqlite(connection: Any, _record: object) -> None:
+    connection.isolation_level = None  # pysqlite must not begin by itself: the "begin" event does
+    cursor = connection.cursor()
+    for pragma in ("journal_mode=WAL", "synchronous=NORMAL", "foreign_keys=ON"):
+        cursor.execute(f"PRAGMA {pragma}")
+    cursor.close()
+
+
+def _begin_with(statement: str) -> Callable[[Connection], None]:
+    def begin(connection: Connection) -> None:
+        connection.exec_driver_sql(statement)
+
+    return begin
