@@ -1,0 +1,1 @@
+"""Which plug-ins are installed, and the toolbox of a plan."""

@@ -1,0 +1,66 @@
+"""From a plan to a toolbox: the chosen plug-ins with the plan's parameters, or every fault of the plan together."""
+
+import json
+from collections import defaultdict
+from functools import partial
+from typing import Any
+
+from pydantic import ValidationError
+
+from gripwright.design.plan import Plan
+from gripwright.design.toolbox import PluginVersion, Toolbox, domain_classes
+from gripwright.domain.errors import InvalidPlan
+from gripwright.plugin_api import GraspPlanner, Params
+from gripwright.registry.discovery import InstalledPlugin, Registry
+from gripwright.registry.plans import chosen, effective_plan, plan_faults
+
+
+def build_toolbox(plan: Plan, registry: Registry) -> Toolbox:
+    """The plug-ins of the plan, built. InvalidPlan names every fault at its place in the options."""
+    plan = effective_plan(plan)
+    faults = plan_faults(plan, ((plugin.kind, plugin.key) for plugin in registry.plugins), partial(_params_faults, registry))
+    if faults:
+        raise InvalidPlan("the plan cannot be run with what is installed", faults=tuple(faults))
+    versions: dict[str, PluginVersion] = {}
+    built: dict[str, dict[str, Any]] = defaultdict(dict)  # kind → key → instance
+    for _, kind, key in chosen(plan):
+        installed = registry.find(kind, key)
+        assert installed is not None  # plan_faults would have said so
+        params = parse_params(installed, plan.params.get(key, {}))
+        built[kind][key] = installed.plugin(params)
+        versions[installed.name] = PluginVersion(
+            distribution=installed.distribution, version=installed.version, params=params.model_dump(mode="json")
+        )
+    planners: dict[str, list[GraspPlanner]] = defaultdict(list)
+    for planner in built["planner"].values():
+        for gripper_type in sorted(planner.gripper_types):
+            planners[gripper_type].append(planner)
+    return Toolbox(
+        segmenter=built["segmenter"][plan.segmenter],
+        fitters=built["fitter"],
+        affordance=tuple(built["affordance"].values()),
+        rules=tuple(built["rule"].values()),
+        hands={hand.gripper_type: hand for hand in reversed(built["hand"].values())},  # the first named wins
+        planners={gripper_type: tuple(found) for gripper_type, found in planners.items()},
+        optimizer=built["optimizer"][plan.optimizer],
+        fingers={gripper_type: finger for finger in built["finger"].values() for gripper_type in finger.gripper_types},
+        versions=versions,
+        record_classes=(*domain_classes(), *(cls for plugin in registry.plugins for cls in plugin.record_classes)),
+    )
+
+
+def parse_params(installed: InstalledPlugin, params: dict[str, Any]) -> Params:
+    """The parameters as the plug-in's model; JSON values are taken as they are, "20" is no number."""
+    model: type[Params] = installed.plugin.params_model
+    return model.model_validate_json(json.dumps(params), strict=True)
+
+
+def _params_faults(registry: Registry, kind: str, key: str, params: dict[str, Any]) -> list[tuple[str, str]]:
+    """(name, message) of each fault, by the plug-in's own model."""
+    installed = registry.find(kind, key)
+    assert installed is not None
+    try:
+        parse_params(installed, params)
+    except ValidationError as error:
+        return [("/".join(str(part) for part in fault["loc"]), fault["msg"]) for fault in error.errors()]
+    return []

@@ -1,0 +1,110 @@
+"""What is installed as plain JSON, so that the API process can show plug-ins and check options without importing any."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Collection, Mapping
+from math import inf
+from typing import Any, TypedDict
+
+from gripwright.design.plan import Plan, plan_of
+from gripwright.domain.errors import InvalidPlan
+from gripwright.registry.discovery import InstalledPlugin, Registry
+from gripwright.registry.plans import effective_plan, plan_faults
+
+
+class PluginDescription(TypedDict):
+    """One installed plug-in."""
+
+    kind: str
+    key: str
+    version: str
+    distribution: str
+    summary: str
+    options: dict[str, Any]  # JSON Schema of its parameters
+
+
+class FailureDescription(TypedDict):
+    """One manifest that did not load."""
+
+    distribution: str
+    plugin: str
+    reason: str
+
+
+class RegistryDescription(TypedDict):
+    """Everything installed."""
+
+    plugins: list[PluginDescription]
+    failures: list[FailureDescription]
+
+
+class RegistryUnreadable(Exception):
+    """The child process that lists the plug-ins ended badly; a plug-in crashes at import, or strict loading failed."""
+
+
+def describe(registry: Registry) -> RegistryDescription:
+    """The registry as JSON values."""
+    return RegistryDescription(
+        plugins=[_describe(plugin) for plugin in registry.plugins],
+        failures=[
+            FailureDescription(distribution=failure.distribution, plugin=failure.plugin, reason=failure.reason)
+            for failure in registry.failures
+        ],
+    )
+
+
+def describe_in_child(
+    *, allow: Collection[str] | None = None, strict: bool = False, timeout_s: float = 120.0
+) -> RegistryDescription:
+    """`describe` of what is installed, by a process of its own: no plug-in is imported here, and none can crash this process."""
+    request = json.dumps({"allow": None if allow is None else sorted(allow), "strict": strict})
+    command = [sys.executable, "-m", "gripwright.registry.describe", request]
+    try:
+        run = subprocess.run(command, capture_output=True, text=True, timeout=timeout_s, check=False)
+    except subprocess.TimeoutExpired:
+        raise RegistryUnreadable(f"listing the plug-ins took more than {timeout_s:.0f} s") from None
+    if run.returncode != 0:
+        last = run.stderr.strip().splitlines()[-1:] or ["no message"]
+        raise RegistryUnreadable(f"listing the plug-ins ended with code {run.returncode}: {last[0]}")
+    description: RegistryDescription = json.loads(run.stdout.splitlines()[-1])
+    return description
+
+
+def check_options(options: Mapping[str, Any], description: RegistryDescription) -> Plan:
+    """The plan of options as given, checked against what is installed. InvalidPlan names every fault at its place."""
+    plan = effective_plan(plan_of(options))
+    schemas = {(plugin["kind"], plugin["key"]): plugin["options"] for plugin in description["plugins"]}
+    faults = plan_faults(plan, schemas, lambda kind, key, params: _schema_faults(schemas[kind, key], params))
+    if faults:
+        raise InvalidPlan("the plan cannot be run with what is installed", faults=tuple(faults))
+    return plan
+
+
+def _describe(plugin: InstalledPlugin) -> PluginDescription:
+    documentation = (plugin.plugin.__doc__ or "").strip()
+    return PluginDescription(
+        kind=plugin.kind,
+        key=plugin.key,
+        version=plugin.version,
+        distribution=plugin.distribution,
+        summary=documentation.splitlines()[0] if documentation else "",
+        options=plugin.plugin.params_model.model_json_schema(),
+    )
+
+
+def _schema_faults(schema: dict[str, Any], params: dict[str, Any]) -> list[tuple[str, str]]:
+    from jsonschema import Draft202012Validator
+
+    unreal = [(name, f"{value} is not a number") for name, value in params.items() if value != value or value in (inf, -inf)]
+    errors = sorted(Draft202012Validator(schema).iter_errors(params), key=lambda error: list(map(str, error.absolute_path)))
+    return unreal + [
+        (name, error.message) for error in errors for name in _names(error.validator, list(error.absolute_path), params, schema)
+    ]
+
+
+def _names(validator: str, path: list[str | int], params: dict[str, Any], schema: dict[str, Any]) -> list[str]:
+    """Which parameters an error is about: its path, or the unknown names, which the schema reports at their parent."""
+    if validator == "additionalProperties" and not path:
+        return sorted(set(params) - set(schema.get("properties", {})))
+    return ["/".join(str(part) for part in path)]

@@ -1,0 +1,99 @@
+"""What a plan asks of the registry: which plug-ins, with which parameters."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from gripwright.design.plan import Plan
+from gripwright.domain.errors import Fault, InvalidPlan
+
+CHOICES: Mapping[str, str] = MappingProxyType(
+    {
+        "segmenter": "segmenter",
+        "fitters": "fitter",
+        "affordance": "affordance",
+        "rules": "rule",
+        "hands": "hand",
+        "planners": "planner",
+        "optimizer": "optimizer",
+        "finger": "finger",
+    }
+)
+"""Field of the plan → kind of plug-in that it chooses."""
+
+PAPER: Mapping[str, Any] = MappingProxyType(
+    {
+        "segmenter": "sdf",
+        "fitters": ("cylinder", "box"),
+        "affordance": ("marked",),
+        "rules": ("three_finger_cylinder", "two_finger_box"),
+        "hands": ("centric_3", "parallel_2"),
+        "planners": ("axial", "facet_pairs"),
+        "optimizer": "set_cover",
+        "finger": "straight",
+    }
+)
+"""The paper's own method: what `plan=paper` uses whatever the defaults are and whatever is installed."""
+
+
+def effective_plan(plan: Plan) -> Plan:
+    """The plan that is run: with `plan=paper` the paper's own plug-ins; choosing others beside it is a fault."""
+    if plan.plan != "paper":
+        return plan
+    faults = tuple(
+        Fault(pointer=f"/options/{field}", message=f"plan=paper uses {_listed(_keys(value))} and nothing else")
+        for field, value in PAPER.items()
+        if field in plan.model_fields_set and getattr(plan, field) != value
+    )
+    if faults:
+        raise InvalidPlan("the paper's plan allows no other plug-ins", faults=faults)
+    return plan.model_copy(update=dict(PAPER))
+
+
+def chosen(plan: Plan) -> Iterator[tuple[str, str, str]]:
+    """(pointer, kind, key) of every plug-in that the plan names."""
+    for field, kind in CHOICES.items():
+        value = getattr(plan, field)
+        if isinstance(value, str):
+            yield f"/options/{field}", kind, value
+        else:
+            for index, key in enumerate(value):
+                yield f"/options/{field}/{index}", kind, key
+
+
+def plan_faults(
+    plan: Plan, installed: Iterable[tuple[str, str]], params_faults: Callable[[str, str, dict[str, Any]], list[tuple[str, str]]]
+) -> list[Fault]:
+    """Every fault of a plan, given the (kind, key) of what is installed.
+
+    `params_faults(kind, key, params)` gives the faults of parameters as (name, message).
+    """
+    known = sorted(set(installed))
+    faults = []
+    named = set()
+    for pointer, kind, key in chosen(plan):
+        if (kind, key) in named:
+            faults.append(Fault(pointer=pointer, message=f"the {kind} {key!r} is named twice"))
+        named.add((kind, key))
+        if (kind, key) not in known:
+            existing = _listed([other for other_kind, other in known if other_kind == kind])
+            faults.append(Fault(pointer=pointer, message=f"there is no {kind} {key!r}; installed: {existing}"))
+    for key, params in plan.params.items():
+        kinds = [kind for kind, known_key in known if known_key == key]
+        if not kinds:
+            existing = _listed(sorted({other for _, other in known}))
+            faults.append(
+                Fault(pointer=f"/options/{key}", message=f"there is no option or plug-in {key!r}; plug-ins: {existing}")
+            )
+        for kind in kinds:
+            for name, message in params_faults(kind, key, params):
+                faults.append(Fault(pointer=f"/options/{key}.{name}" if name else f"/options/{key}", message=message))
+    return faults
+
+
+def _keys(value: str | tuple[str, ...]) -> tuple[str, ...]:
+    return (value,) if isinstance(value, str) else value
+
+
+def _listed(keys: Iterable[str]) -> str:
+    return ", ".join(keys) or "none"
