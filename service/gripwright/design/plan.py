@@ -6,3 +6,63 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from gripwright.domain.errors import Fault, InvalidPlan
+
+
+class Plan(BaseModel):
+    """A checked plan. `params` holds the parameters of each plug-in under its key; the registry checks them."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    plan: Literal["default", "paper"] = Field("default", description="'paper': the paper's own method and no more")
+    segmenter: str = Field("sdf", description="key of the segmenter")
+    fitters: tuple[str, ...] = Field(("cylinder", "box"), min_length=1, description="keys of the primitive fitters that compete")
+    affordance: tuple[str, ...] = Field(("marked",), description="keys of the affordance detectors")
+    rules: tuple[str, ...] = Field(
+        ("three_finger_cylinder", "two_finger_box"), min_length=1, description="keys of the gripper rules, preferred first"
+    )
+    hands: tuple[str, ...] = Field(("centric_3", "parallel_2"), min_length=1, description="keys of the hand models")
+    planners: tuple[str, ...] = Field(("axial", "facet_pairs"), min_length=1, description="keys of the grasp planners")
+    optimizer: str = Field("set_cover", description="key of the gripper-set optimiser")
+    finger: str = Field("straight", description="key of the finger designer")
+    actuators: Literal["all", "paper"] | tuple[str, ...] = Field(
+        "all", description="the catalogue, the paper's two air chucks, or a list of maker/model"
+    )
+    release_clearance: float = Field(1.0, ge=0, le=50, description="mm that the opening grows to let go")
+    finger_length_step: float = Field(5.0, ge=0, le=100, description="mm, finger lengths are rounded up to it")
+    safety_factor: float = Field(2.0, ge=1, le=20, description="on the grip force that friction needs")
+    min_contact: float = Field(3.0, gt=0, le=100, description="mm, least contact height")
+    margin: float = Field(0.1, ge=0, le=20, description="mm, least clearance to anything that is not gripped")
+    contact_tolerance: float = Field(0.1, ge=0, le=5, description="mm of overlap of the motion itself that is contact")
+    seed: int = Field(0, ge=0, description="of everything that is random")
+    params: dict[str, dict[str, Any]] = Field(default_factory=dict, description="plug-in key → parameters")
+
+    @property
+    def enforce_hold(self) -> bool:
+        """Whether an actuator too weak, or of unknown force, is vetoed; the paper's plan asks nothing of the force."""
+        return self.plan != "paper"
+
+
+def plan_of(options: Mapping[str, Any]) -> Plan:
+    """The plan of options as given, `{"sdf.rays": 20, "margin": 0.2}` or `{"sdf": {"rays": 20}}`; InvalidPlan names every fault."""
+    fields: dict[str, Any] = {}
+    params: dict[str, dict[str, Any]] = {}
+    for key, value in options.items():
+        if key in Plan.model_fields and key != "params":
+            fields[key] = value
+        elif isinstance(value, Mapping):
+            params.setdefault(key, {}).update(value)
+        else:
+            plugin, dot, name = key.partition(".")
+            if not dot:
+                params[key] = {}
+                fields[key] = value  # pydantic reports the unknown option
+            else:
+                params.setdefault(plugin, {})[name] = value
+    try:
+        return Plan(**fields, params=params)
+    except ValidationError as error:
+        faults = tuple(
+            Fault(pointer="/options/" + "/".join(str(part) for part in fault["loc"]), message=fault["msg"])
+            for fault in error.errors()
+        )
+        raise InvalidPlan("the options are not a plan", faults=faults) from None

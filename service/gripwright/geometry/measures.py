@@ -20,7 +20,7 @@ def face_normals(mesh: Mesh) -> FloatArray:
     """Outward unit normal of each face, (m, 3); zero for a face without area."""
     cross = face_cross_mm2(mesh)
     length = np.linalg.norm(cross, axis=1, keepdims=True)  # (m, 1)
-    return np.divide(cross, length, out=np.zeros_like(cross), where=length > 0)
+    return np.asarray(np.divide(cross, length, out=np.zeros_like(cross), where=length > 0))
 
 
 def face_centres_mm(mesh: Mesh) -> FloatArray:

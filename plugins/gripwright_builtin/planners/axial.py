@@ -1,0 +1,80 @@
+"""Centric grasps along a cylinder's axis (paper, section 5.3)."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from gripwright.domain.assembly import Component
+from gripwright.domain.grasp import CENTRIC_3, Grasp, GripRequirement
+from gripwright.domain.shape import Cylinder, FloatArray, Segment
+from gripwright.geometry.frames import any_perpendicular, pose
+from gripwright.geometry.measures import face_normals
+from gripwright.plugin_api import HandModel, Params, RunContext
+
+_COARSE = 37  # from so many facets about the axis on, any direction is within 5° of a facet's normal
+
+
+class AxialSettings(Params):
+    """Resolution of the plan."""
+
+    rotation_step: float = Field(15.0, gt=0, le=120, description="degrees between rotations about the axis")
+    depths: int = Field(6, ge=1, le=50, description="number of depths of the tips along the surface")
+    contact_reserve: float = Field(0.25, ge=0, le=10, description="mm that the tips reach beyond the least contact")
+
+
+class AxialPlanner:
+    """Aligns the gripper's axis with the cylinder's, from either end, at several depths and rotations."""
+
+    key: ClassVar[str] = "axial"
+    params_model: ClassVar[type[Params]] = AxialSettings
+    gripper_types: ClassVar[frozenset[str]] = frozenset({CENTRIC_3})
+
+    def __init__(self, params: AxialSettings) -> None:
+        self._params = params
+
+    def plan(
+        self, component: Component, segment: Segment, requirement: GripRequirement, hand: HandModel, ctx: RunContext
+    ) -> Sequence[Grasp]:
+        """Grasps ordered by depth: the shallowest need the shortest fingers."""
+        cylinder = requirement.primitive
+        if not isinstance(cylinder, Cylinder):
+            return []
+        x = any_perpendicular(cylinder.axis_C)
+        turns = self._rotations(component, segment, cylinder, x, hand.fingers)
+        grasps = []
+        for depth in self._depths(cylinder.height_mm, ctx.min_contact_mm):
+            for approach in requirement.approach_C:
+                tips = cylinder.center_C + approach * (depth - cylinder.height_mm / 2.0)
+                for turn in turns:
+                    finger = np.cos(turn) * x + np.sin(turn) * np.cross(cylinder.axis_C, x)
+                    grasps.append(
+                        Grasp(
+                            X_CG=pose(finger, np.cross(approach, finger), approach, tips),
+                            gripper_type=requirement.gripper_type,
+                            grip=requirement.grip,
+                            opening_width_mm=requirement.opening_width_mm,
+                            label=f"along the axis, {depth:.1f} mm deep, turned {np.degrees(turn):.0f}°",
+                        )
+                    )
+        return grasps
+
+    def _depths(self, height_mm: float, min_contact_mm: float) -> FloatArray:
+        least = min(height_mm, min_contact_mm + self._params.contact_reserve)
+        steps = np.array([least, least + 1.0, least + 2.5])  # past a chamfer or a fillet
+        regular = np.linspace(least, height_mm, self._params.depths)
+        return np.asarray(np.unique(np.round(np.append(steps[steps <= height_mm], regular), 6)))
+
+    def _rotations(self, component: Component, segment: Segment, cylinder: Cylinder, x: FloatArray, fingers: int) -> FloatArray:
+        """Rotations of finger 1 about the axis, [0, 2π/fingers): regular ones, and on a coarse mesh those that meet facets."""
+        pitch = 2.0 * np.pi / fingers
+        regular = np.arange(0.0, pitch - 1e-9, np.radians(self._params.rotation_step))
+        normals = face_normals(component.mesh)[segment.faces]  # (k, 3)
+        radial = normals[np.abs(normals @ cylinder.axis_C) < 0.1]
+        angles = np.arctan2(radial @ np.cross(cylinder.axis_C, x), radial @ x)
+        distinct = np.unique(np.round(angles, 3))
+        if len(distinct) == 0 or len(distinct) >= _COARSE:
+            return np.asarray(regular)
+        aligned = np.unique(np.round(np.mod(angles, pitch), 3))
+        return np.asarray(np.concatenate([aligned, regular]))

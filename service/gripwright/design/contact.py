@@ -1,0 +1,159 @@
+"""Where the fingers of a grasp touch the component: seating, contact patches, forbidden surface. Lengths in mm.
+
+INTERFACE.md, "Touch": gap at most 0.05 mm, surfaces within 5° of parallel along a contact at least `min_contact` high along
+the gripper's z. A little is kept in reserve, so that whoever measures the finished CAD finds the contact too.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gripwright.domain.affordance import Forbidden
+from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import EXTERNAL, Grasp
+from gripwright.domain.shape import FloatArray, Mesh
+from gripwright.geometry.clipping import clip_to_box, longest_run
+from gripwright.geometry.frames import inverse, transform
+from gripwright.plugin_api import HandModel
+
+TOUCH_GAP_MM = 0.045  # of 0.05
+_PARALLEL = float(np.cos(np.radians(4.8)))  # of 5°
+_SEARCH_MM = 0.5  # how far the seated surface may lie from the planned one
+_SEAT_MM = 0.002  # the finger stands off the surface's foremost point, so that rounding in files never makes it enter
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Contact:
+    """The contact of one finger: height along the gripper's z, area and centre of the touching surface (component frame)."""
+
+    height_mm: float
+    area_mm2: float
+    centre_C: FloatArray  # (3,)
+    normal_C: FloatArray  # (3,) outward normal of the component there
+    gap_mm: float
+
+
+class Surface:
+    """A component's triangles, ready for many grasps."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.triangles = mesh.triangles_mm  # (m, 3, 3)
+        cross = np.cross(self.triangles[:, 1] - self.triangles[:, 0], self.triangles[:, 2] - self.triangles[:, 0])
+        length = np.linalg.norm(cross, axis=1, keepdims=True)
+        self.normals: FloatArray = np.divide(cross, length, out=np.zeros_like(cross), where=length > 0)
+        self.centres: FloatArray = self.triangles.mean(axis=1)
+        self.reach: FloatArray = np.linalg.norm(self.triangles - self.centres[:, None], axis=2).max(axis=1)
+
+    def near(self, point: FloatArray, radius: float) -> FloatArray:
+        """Indices of triangles that may come within `radius` of the point."""
+        distance = np.linalg.norm(self.centres - point, axis=1)
+        return np.asarray(np.flatnonzero(distance <= radius + self.reach))
+
+
+def finger_section(hand: HandModel, grip: str) -> tuple[float, float, float]:
+    """Extent of the gripping finger in its frame: thickness along x, least y, greatest y."""
+    corners = np.concatenate([solid.vertices_mm for solid in hand.finger(10.0, grip)])
+    return float(np.abs(corners[:, 0]).max()), float(corners[:, 1].min()), float(corners[:, 1].max())
+
+
+def seat(grasp: Grasp, surface: Surface, hand: HandModel) -> Grasp | Rejection:
+    """The grasp with the opening (and, for two fingers, the centre) at which the fingers just touch the component."""
+    _, y_low, y_high = finger_section(hand, grasp.grip)
+    sign = 1.0 if grasp.grip == EXTERNAL else -1.0
+    levels = []
+    for X_GF in hand.finger_poses(grasp.opening_width_mm):
+        strip = _strip(surface, grasp.X_CG @ X_GF, y_low, y_high, -np.inf, 0.0)
+        x = sign * strip[..., 0]
+        x = x[x <= _SEARCH_MM]
+        if x.size == 0 or x.max() < -_SEARCH_MM:
+            return Rejection(
+                "no-contact", f"finger {len(levels) + 1} meets no surface within {_SEARCH_MM} mm of the opening width"
+            )
+        levels.append(float(x.max()))
+    if len(levels) == 2:
+        shift = sign * (levels[0] - levels[1]) / 2.0
+        outward = (levels[0] + levels[1]) / 2.0
+    else:
+        shift, outward = 0.0, max(levels)
+        spread = max(levels) - min(levels)
+        if spread > TOUCH_GAP_MM - _SEAT_MM:
+            return Rejection("no-contact", f"one finger stays {spread:.3f} mm off the surface, at most {TOUCH_GAP_MM} mm")
+    X_CG = grasp.X_CG.copy()
+    X_CG[:3, 3] += X_CG[:3, 0] * shift
+    width = grasp.opening_width_mm + 2.0 * sign * (outward + _SEAT_MM)
+    return replace(grasp, X_CG=X_CG, opening_width_mm=float(width))
+
+
+def contacts(
+    grasp: Grasp, surface: Surface, hand: HandModel, finger_length_mm: float, min_contact_mm: float
+) -> tuple[Contact, ...] | Rejection:
+    """The contact of each finger of a seated grasp, or why one does not touch as it must."""
+    _, y_low, y_high = finger_section(hand, grasp.grip)
+    sign = 1.0 if grasp.grip == EXTERNAL else -1.0
+    height_all = float(np.ptp(transform(inverse(grasp.X_CG), surface.triangles)[..., 2]))
+    needed = min(min_contact_mm, height_all)
+    found = []
+    for number, X_GF in enumerate(hand.finger_poses(grasp.opening_width_mm), start=1):
+        X_CF = grasp.X_CG @ X_GF
+        parallel = surface.normals @ (sign * X_CF[:3, 0]) >= _PARALLEL
+        patch = _strip(surface, X_CF, y_low, y_high, -finger_length_mm, 0.0, parallel)
+        patch = clip_to_box(patch, np.array([-TOUCH_GAP_MM, -np.inf, -np.inf]), np.array([TOUCH_GAP_MM, np.inf, np.inf]))
+        z = np.stack([patch[..., 2].min(axis=1), patch[..., 2].max(axis=1)], axis=1) if len(patch) else np.zeros((0, 2))
+        run = longest_run(z, join=1e-4)
+        if run < needed - 1e-6:
+            return Rejection(
+                "no-contact", f"finger {number} touches along {run:.2f} mm of parallel surface, at least {needed:.2f} mm"
+            )
+        area = np.linalg.norm(np.cross(patch[:, 1] - patch[:, 0], patch[:, 2] - patch[:, 0]), axis=1) / 2.0
+        centre_F = np.average(patch.mean(axis=1), axis=0, weights=area + 1e-12)
+        found.append(
+            Contact(
+                height_mm=run,
+                area_mm2=float(area.sum()),
+                centre_C=transform(X_CF, centre_F),
+                normal_C=sign * X_CF[:3, 0],
+                gap_mm=float(-(sign * patch[..., 0]).max()),
+            )
+        )
+    return tuple(found)
+
+
+def forbidden_touch(
+    grasp: Grasp, regions: Sequence[tuple[Forbidden, Surface]], hand: HandModel, finger_length_mm: float
+) -> Rejection | None:
+    """Why the grasp would touch surface that must not be touched, or None. Each region comes with its own triangles."""
+    thickness, y_low, y_high = finger_section(hand, grasp.grip)
+    reach = np.array([TOUCH_GAP_MM * 2, 0.0, 0.0])
+    inner, outer = (0.0, thickness) if grasp.grip == EXTERNAL else (-thickness, 0.0)
+    for region, surface in regions:
+        for number, X_GF in enumerate(hand.finger_poses(grasp.opening_width_mm), start=1):
+            X_CF = grasp.X_CG @ X_GF
+            patch = _strip(surface, X_CF, y_low, y_high, -finger_length_mm, 0.0)
+            patch = clip_to_box(patch, np.array([inner, -np.inf, -np.inf]) - reach, np.array([outer, np.inf, np.inf]) + reach)
+            if len(patch) and _within(region, transform(X_CF, patch)):
+                return Rejection("no-grasp", f"finger {number} would touch {region.reason}, which must not be touched")
+    return None
+
+
+def _within(region: Forbidden, triangles_C: FloatArray) -> bool:
+    if region.box_min_C is None or region.box_max_C is None:
+        return True
+    return len(clip_to_box(triangles_C, region.box_min_C, region.box_max_C)) > 0
+
+
+def _strip(
+    surface: Surface, X_CF: FloatArray, y_low: float, y_high: float, z_low: float, z_high: float, chosen: FloatArray | None = None
+) -> FloatArray:
+    """The component's triangles within the finger's strip, in the finger frame, (k, 3, 3)."""
+    index = np.arange(len(surface.triangles)) if chosen is None else np.flatnonzero(chosen)
+    X_FC = inverse(X_CF)
+    y = surface.centres[index] @ X_FC[1, :3] + X_FC[1, 3]
+    z = surface.centres[index] @ X_FC[2, :3] + X_FC[2, 3]
+    x = surface.centres[index] @ X_FC[0, :3] + X_FC[0, 3]
+    reach = surface.reach[index]
+    near = (
+        (y >= y_low - reach) & (y <= y_high + reach) & (z <= z_high + reach) & (z >= z_low - reach) & (np.abs(x) <= reach + 60.0)
+    )
+    local = transform(X_FC, surface.triangles[index[near]])
+    return clip_to_box(local, np.array([-np.inf, y_low, z_low]), np.array([np.inf, y_high, z_high]))

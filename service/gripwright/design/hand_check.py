@@ -1,0 +1,228 @@
+"""Whether a hand is free along one assembly operation, and the finger lengths for which it is.
+
+The hand's volumes: each finger closed on the component along the motion; its opening; its way out along the approach
+direction, and in by the same way at the start; the palm behind z = −L with everything behind it, as far as `BEHIND_MM`.
+Every volume is convex, neighbours overlap, and the way out leads beyond the scene: where none crosses a surface, none lies
+inside a solid either. FCL's answer about surfaces is therefore an answer about solids.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gripwright.design.motion import Step, SweptHand, steps
+from gripwright.domain.grasp import EXTERNAL, Grasp
+from gripwright.domain.shape import FloatArray
+from gripwright.geometry.collision import ConvexShape, Scene
+from gripwright.geometry.solids import dilated, swept
+from gripwright.plugin_api import HandModel
+
+BEHIND_MM = 300.0  # actuator, tool changer and wrist: nothing may come nearer to the palm's back
+LENGTH_LIMIT_MM = 250.0  # longer fingers are not considered
+_BISECT_MM = 0.005
+_ENTER_MM = 0.004  # the closed finger's gripping surface is drawn back by this against the component that it touches
+_ROUGH_MM = 0.3  # before the grasp is seated
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Miss:
+    """Why a grasp fails: how far it came (a higher stage is nearer to success), code and sentence."""
+
+    stage: int
+    code: str
+    detail: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OperationScene:
+    """What surrounds the hand: `attached` moves with it (component frame), `standing` does not (product frame)."""
+
+    attached: Scene
+    standing: Scene
+    X_PC: FloatArray  # (4, 4) the held component at its place
+    motion: FloatArray  # (k, 4, 4) displacements of the active subassembly
+    margin_mm: float
+    release_clearance_mm: float
+
+    @property
+    def far_mm(self) -> float:
+        """A way out that leads beyond everything."""
+        low = np.concatenate([self.attached.low, self.standing.low]).min(axis=0)
+        high = np.concatenate([self.attached.high, self.standing.high]).max(axis=0)
+        travel = float(np.linalg.norm(self.motion[:, :3, 3], axis=1).max())
+        return float(np.linalg.norm(high - low)) + travel + float(np.linalg.norm(self.X_PC[:3, 3])) + 50.0
+
+
+class HandCheck:
+    """Checks of grasps in one operation. Geometry is cached over grasps; nothing else is kept."""
+
+    def __init__(self, scene: OperationScene, hand: HandModel) -> None:
+        self._scene, self._hand = scene, hand
+        self._steps = steps(scene.motion)
+        self._sweeps = SweptHand()
+        self._far = scene.far_mm
+        self._start, self._end = scene.motion[0], scene.motion[-1]
+
+    def rough(self, grasp: Grasp, tips_mm: float) -> Miss | None:
+        """Why the open hand cannot leave, or the tips (`tips_mm` long) cannot close: before the grasp is seated."""
+        return (
+            self._leave_attached(grasp)
+            or self._closed_attached(grasp, tips_mm, _ROUGH_MM)
+            or self._leave_standing(grasp)
+            or self._along_motion(grasp, tips_mm)
+        )
+
+    def seated(self, grasp: Grasp, finger_length_mm: float) -> Miss | None:
+        """Why the seated grasp is not free with stems of that length (the palm aside)."""
+        return (
+            self._leave_attached(grasp)
+            or self._closed_attached(grasp, finger_length_mm, _ENTER_MM)
+            or self._leave_standing(grasp)
+            or self._along_motion(grasp, finger_length_mm)
+        )
+
+    def length_min(self, grasp: Grasp, envelopes_mm: FloatArray, tips_mm: float) -> tuple[FloatArray, Miss | None]:
+        """L⁻ for each palm envelope (ascending), by bisection of the palm's level; inf where no length helps."""
+        result = np.full(len(envelopes_mm), np.inf)
+        low = max(tips_mm, 1.0)
+        for k, envelope in enumerate(envelopes_mm):
+            palm = _PalmCheck(self, grasp, float(envelope))
+            found, miss = palm.least_length(low)
+            if miss is not None:
+                return result, miss if k == 0 else None
+            result[k] = low = found
+        return result, None
+
+    def length_max(self, grasp: Grasp, finger_length_min_mm: float) -> float:
+        """L⁺ ≥ L⁻ from the stems' own collision, by bisection; inf where `LENGTH_LIMIT_MM` is still free."""
+        if self.seated(grasp, LENGTH_LIMIT_MM) is None:
+            return float("inf")
+        low, high = finger_length_min_mm, LENGTH_LIMIT_MM
+        while high - low > _BISECT_MM:
+            middle = (low + high) / 2.0
+            low, high = (middle, high) if self.seated(grasp, middle) is None else (low, middle)
+        return low
+
+    def gap(self, grasp: Grasp, finger_length_mm: float, limit_mm: float) -> float:
+        """Least distance of the closed fingers to the standing scene along the motion, at most `limit_mm`."""
+        best = limit_mm
+        for X_GF in self._hand.finger_poses(grasp.opening_width_mm):
+            for solid in self._hand.finger(finger_length_mm, grasp.grip):
+                for step, X_PF in self._stops(grasp, X_GF):
+                    shape = self._sweeps.shape(solid.vertices_mm, 0.0, step, X_PF)
+                    best = min(best, self._scene.standing.distance(shape, X_PF, best)[0])
+        return best
+
+    # --- volumes -------------------------------------------------------------------------------------------------------
+
+    def _out(self, grasp: Grasp) -> float:
+        """Way of each gripping surface while the hand lets go, along the finger's +x."""
+        half = self._scene.release_clearance_mm / 2.0
+        return half if grasp.grip == EXTERNAL else -half
+
+    def _finger(self, grasp: Grasp, length_mm: float) -> list[FloatArray]:
+        return [solid.vertices_mm for solid in self._hand.finger(length_mm, grasp.grip)]
+
+    def _leave_attached(self, grasp: Grasp) -> Miss | None:
+        clearance = self._scene.release_clearance_mm
+        for number, X_GF in enumerate(self._hand.finger_poses(grasp.opening_width_mm), start=1):
+            for vertices in self._finger(grasp, self._far):
+                moved = vertices + np.array([self._out(grasp), 0.0, 0.0])
+                grown = dilated(moved, min(self._scene.margin_mm, abs(self._out(grasp)) * 0.8))
+                if clearance == 0.0:
+                    grown = _drawn_back(grown, _ROUGH_MM, grasp)
+                hit = self._scene.attached.first_hit(self._cached(grown), grasp.X_CG @ X_GF)
+                if hit is not None:
+                    return Miss(stage=0, code="collision", detail=f"open finger {number} cannot reach the surface past {hit}")
+        return None
+
+    def _closed_attached(self, grasp: Grasp, length_mm: float, draw_back_mm: float) -> Miss | None:
+        for number, X_GF in enumerate(self._hand.finger_poses(grasp.opening_width_mm), start=1):
+            for vertices in self._finger(grasp, length_mm):
+                opened = swept(vertices, np.array([self._out(grasp), 0.0, 0.0]))
+                hit = self._scene.attached.first_hit(self._cached(_drawn_back(opened, draw_back_mm, grasp)), grasp.X_CG @ X_GF)
+                if hit is not None:
+                    return Miss(stage=1, code="collision", detail=f"finger {number} would enter {hit} while it closes")
+        return None
+
+    def _leave_standing(self, grasp: Grasp) -> Miss | None:
+        for place, words in ((self._end, "after the operation"), (self._start, "before the operation")):
+            X_PG = place @ self._scene.X_PC @ grasp.X_CG
+            for number, X_GF in enumerate(self._hand.finger_poses(grasp.opening_width_mm), start=1):
+                for vertices in self._finger(grasp, self._far):
+                    opened = dilated(vertices + np.array([self._out(grasp), 0.0, 0.0]), self._scene.margin_mm)
+                    hit = self._scene.standing.first_hit(self._cached(opened), X_PG @ X_GF)
+                    if hit is not None:
+                        return Miss(stage=2, code="collision", detail=f"open finger {number} hits {hit} {words}")
+        return None
+
+    def _along_motion(self, grasp: Grasp, length_mm: float) -> Miss | None:
+        margin = self._scene.margin_mm
+        for number, X_GF in enumerate(self._hand.finger_poses(grasp.opening_width_mm), start=1):
+            for vertices in self._finger(grasp, length_mm):
+                opened = dilated(swept(vertices, np.array([self._out(grasp), 0.0, 0.0])), margin)
+                for place, words in ((self._end, "while it opens"), (self._start, "while it closes")):
+                    hit = self._scene.standing.first_hit(self._cached(opened), place @ self._scene.X_PC @ grasp.X_CG @ X_GF)
+                    if hit is not None:
+                        return Miss(stage=3, code="collision", detail=f"finger {number} hits {hit} {words}")
+                for step, X_PF in self._stops(grasp, X_GF):
+                    hit = self._scene.standing.first_hit(self._sweeps.shape(vertices, margin, step, X_PF), X_PF)
+                    if hit is not None:
+                        return Miss(stage=3, code="collision", detail=f"finger {number} hits {hit} on the way")
+        return None
+
+    def _stops(self, grasp: Grasp, X_GF: FloatArray) -> list[tuple[Step, FloatArray]]:
+        return [(step, step.X_start @ self._scene.X_PC @ grasp.X_CG @ X_GF) for step in self._steps]
+
+    def _cached(self, vertices: FloatArray) -> ConvexShape:
+        return self._sweeps.still(vertices)
+
+
+class _PalmCheck:
+    """The palm of one grasp with one envelope, at any finger length: the same shapes, shifted along z."""
+
+    def __init__(self, check: HandCheck, grasp: Grasp, envelope_mm: float) -> None:
+        self._check, self._grasp = check, grasp
+        depth = BEHIND_MM + LENGTH_LIMIT_MM  # so that what is free at one length is free at every greater one
+        palm = check._hand.palm(0.0, envelope_mm, depth)
+        self._solids = [dilated(solid.vertices_mm, check._scene.margin_mm) for solid in palm]
+
+    def least_length(self, low_mm: float) -> tuple[float, Miss | None]:
+        """The least finger length at which the palm is free, or what it hits however long the fingers are."""
+        if self._hit(low_mm) is None:
+            return low_mm, None
+        high = LENGTH_LIMIT_MM
+        hit = self._hit(high)
+        if hit is not None:
+            return np.inf, Miss(stage=4, code="collision", detail=f"the palm hits {hit} with fingers of {high:.0f} mm too")
+        low = low_mm
+        while high - low > _BISECT_MM:
+            middle = (low + high) / 2.0
+            low, high = (low, middle) if self._hit(middle) is None else (middle, high)
+        return high, None
+
+    def _hit(self, length_mm: float) -> str | None:
+        check, scene = self._check, self._check._scene
+        back = np.eye(4)
+        back[2, 3] = -length_mm
+        X_CG = self._grasp.X_CG @ back
+        for vertices in self._solids:
+            out = check._sweeps.still(swept(vertices, np.array([0.0, 0.0, -check._far])))
+            hit = scene.attached.first_hit(out, X_CG)
+            for place in (check._end, check._start):
+                hit = hit or scene.standing.first_hit(out, place @ scene.X_PC @ X_CG)
+            for step in check._steps:
+                if hit is not None:
+                    return hit
+                X_PG = step.X_start @ scene.X_PC @ X_CG
+                hit = scene.standing.first_hit(check._sweeps.shape(vertices, 0.0, step, X_PG), X_PG)
+            if hit is not None:
+                return hit
+        return None
+
+
+def _drawn_back(vertices: FloatArray, by_mm: float, grasp: Grasp) -> FloatArray:
+    """The finger without the layer next to its gripping surface."""
+    if grasp.grip == EXTERNAL:
+        return np.maximum(vertices, [by_mm, -np.inf, -np.inf])
+    return np.minimum(vertices, [-by_mm, np.inf, np.inf])

@@ -1,0 +1,151 @@
+"""Grasp constraints of one operation: every segment's grasps judged along the whole motion (paper, section 5.2)."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gripwright.design.contact import Contact, Surface, contacts, forbidden_touch, seat
+from gripwright.design.hand_check import HandCheck, Miss, OperationScene
+from gripwright.design.holding import hold
+from gripwright.design.toolbox import Toolbox
+from gripwright.domain.affordance import Forbidden
+from gripwright.domain.assembly import Component
+from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import FreeGrasp, Grasp, GripRequirement, SegmentVerdict
+from gripwright.domain.shape import FloatArray, Mesh, SegmentAnalysis
+from gripwright.geometry.measures import submesh
+from gripwright.plugin_api import HandModel, RunContext
+
+Envelopes = Callable[[str, float], FloatArray]
+"""(gripper type, opening width) → radii of the palm envelopes that the actuators at hand need, ascending."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class HeldComponent:
+    """The component that the gripper holds in an operation, with all that its grasps are judged by."""
+
+    component: Component  # with its prepared mesh
+    solid: Mesh  # repaired, few triangles
+    forbidden: tuple[Forbidden, ...]
+    centroid_C: FloatArray  # (3,) of everything that moves
+    mass_kg: float  # of everything that moves
+    force_N: float
+
+
+def judge_segment(
+    held: HeldComponent,
+    analysis: SegmentAnalysis,
+    requirements: Sequence[GripRequirement],
+    scene: OperationScene,
+    toolbox: Toolbox,
+    envelopes: Envelopes,
+    ctx: RunContext,
+) -> SegmentVerdict:
+    """All free grasps on a segment, or the constraint that the most promising grasp failed."""
+    judge = _Judge(held, scene, envelopes, ctx)
+    free: list[FreeGrasp] = []
+    misses: list[Miss] = []
+    planned = 0
+    for requirement in requirements:
+        hand = toolbox.hands[requirement.gripper_type]
+        check = HandCheck(scene, hand)
+        for planner in toolbox.planners[requirement.gripper_type]:
+            with ctx.timed("grasps.plan"):
+                grasps = planner.plan(held.component, analysis.segment, requirement, hand, ctx)
+            planned += len(grasps)
+            with ctx.timed("constraints.check"):
+                for grasp in grasps:
+                    verdict = judge.judge(grasp, hand, check)
+                    free.append(verdict) if isinstance(verdict, FreeGrasp) else misses.append(verdict)
+    return SegmentVerdict(
+        segment=analysis.segment.id,
+        requirement=requirements[0],
+        grasps_planned=planned,
+        free=tuple(free),
+        rejection=None if free else _why_none(requirements, misses),
+    )
+
+
+class _Judge:
+    """Judges one grasp after the other against one operation."""
+
+    def __init__(self, held: HeldComponent, scene: OperationScene, envelopes: Envelopes, ctx: RunContext) -> None:
+        self._held, self._scene, self._envelopes, self._ctx = held, scene, envelopes, ctx
+        self._surface = Surface(held.solid)
+        self._regions = [
+            (region, Surface(submesh(held.component.mesh, np.flatnonzero(region.faces))))
+            for region in held.forbidden
+            if region.faces.any()
+        ]
+
+    def judge(self, grasp: Grasp, hand: HandModel, check: HandCheck) -> FreeGrasp | Miss:
+        tips = self._ctx.min_contact_mm
+        miss = check.rough(grasp, tips)
+        if miss is not None:
+            return miss
+        seated = seat(grasp, self._surface, hand)
+        if isinstance(seated, Rejection):
+            return Miss(stage=5, code=seated.code, detail=seated.detail)
+        widths = self._envelopes(seated.gripper_type, seated.opening_width_mm)
+        if len(widths) == 0:
+            detail = f"no actuator at hand holds {seated.gripper_type} at {seated.opening_width_mm:.2f} mm"
+            return Miss(stage=6, code="too-wide", detail=detail)
+        lengths, miss = check.length_min(seated, widths, tips)
+        if miss is not None:
+            return miss
+        least = float(lengths[0])
+        touching = contacts(seated, self._surface, hand, least, self._ctx.min_contact_mm)
+        if isinstance(touching, Rejection):
+            return Miss(stage=7, code=touching.code, detail=touching.detail)
+        miss = check.seated(seated, least)
+        if miss is not None:
+            return Miss(stage=8, code=miss.code, detail=miss.detail)
+        return self._bounded(seated, hand, check, widths, lengths, touching)
+
+    def _bounded(
+        self,
+        grasp: Grasp,
+        hand: HandModel,
+        check: HandCheck,
+        envelopes: FloatArray,
+        lengths: FloatArray,
+        touching: tuple[Contact, ...],
+    ) -> FreeGrasp | Miss:
+        longest = check.length_max(grasp, float(lengths[0]))
+        lengths = np.where(lengths <= longest, lengths, np.inf)
+        reach = float(min(longest, lengths[np.isfinite(lengths)].max()))
+        touched = forbidden_touch(grasp, self._regions, hand, reach)
+        if touched is not None:
+            return Miss(stage=9, code=touched.code, detail=touched.detail)
+        held = self._held
+        return FreeGrasp(
+            grasp=grasp,
+            envelopes_mm=envelopes,
+            finger_length_min_mm=lengths,
+            finger_length_max_mm=longest,
+            release_opening_mm=grasp.opening_width_mm
+            + (1.0 if grasp.grip == "external" else -1.0) * self._scene.release_clearance_mm,
+            gap_mm=check.gap(grasp, reach, 10.0),
+            hold=hold(
+                grasp,
+                np.array([contact.centre_C for contact in touching]),
+                np.array([contact.area_mm2 for contact in touching]),
+                held.centroid_C,
+                held.mass_kg,
+                held.component.friction,
+                held.force_N,
+            ),
+        )
+
+
+def _why_none(requirements: Sequence[GripRequirement], misses: Sequence[Miss]) -> Rejection:
+    """The failure of the grasps that came closest, with how many grasps failed so."""
+    if not misses:
+        widths = ", ".join(f"{need.opening_width_mm:.1f} mm" for need in requirements)
+        return Rejection("no-contact", f"no pair of parallel facets, or no height, to grasp at {widths}")
+    best = max(miss.stage for miss in misses)
+    counts: Mapping[Miss, int] = Counter(miss for miss in misses if miss.stage == best)
+    miss, count = max(counts.items(), key=lambda item: item[1])
+    return Rejection(miss.code, f"{miss.detail} ({count} of {len(misses)} grasps fail so, no grasp comes further)")

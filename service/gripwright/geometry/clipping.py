@@ -1,0 +1,57 @@
+"""Exact clipping of triangle soups by half-spaces and boxes."""
+
+import numpy as np
+
+from gripwright.domain.shape import FloatArray
+
+
+def clip_triangles(triangles: FloatArray, normal: FloatArray, offset: float) -> FloatArray:
+    """The parts of triangles (m, 3, 3) with normal·p ≤ offset (closed), as triangles (k, 3, 3)."""
+    if not len(triangles):
+        return triangles
+    height = triangles @ normal - offset  # (m, 3) > 0: outside
+    outside = height > 0.0
+    count = outside.sum(axis=1)  # (m,)
+    pieces = [triangles[count == 0]]
+    for inside_count in (1, 2):
+        chosen = count == 3 - inside_count
+        if not chosen.any():
+            continue
+        # roll each triangle so that its odd corner (the single one on its side) comes first
+        odd = ~outside[chosen] if inside_count == 1 else outside[chosen]
+        shift = (np.argmax(odd, axis=1)[:, None] + np.arange(3)) % 3  # (k, 3)
+        rows = np.arange(len(shift))[:, None]
+        corner, h = triangles[chosen][rows, shift], height[chosen][rows, shift]  # (k, 3, 3), (k, 3)
+        share = (h[:, :1] / (h[:, :1] - h[:, 1:]))[..., None]  # (k, 2, 1)
+        cut = corner[:, :1] + share * (corner[:, 1:] - corner[:, :1])  # (k, 2, 3) on the edges from the odd corner
+        if inside_count == 1:
+            pieces.append(np.stack([corner[:, 0], cut[:, 0], cut[:, 1]], axis=1))
+        else:
+            pieces.append(np.stack([cut[:, 0], corner[:, 1], corner[:, 2]], axis=1))
+            pieces.append(np.stack([cut[:, 0], corner[:, 2], cut[:, 1]], axis=1))
+    return np.asarray(np.concatenate(pieces))
+
+
+def clip_to_box(triangles: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """The parts of triangles (m, 3, 3) within low ≤ p ≤ high; infinite bounds are skipped."""
+    near = (triangles.max(axis=1) >= low).all(axis=1) & (triangles.min(axis=1) <= high).all(axis=1)  # (m,)
+    result = triangles[near]
+    for axis in range(3):
+        direction = np.eye(3)[axis]
+        if np.isfinite(high[axis]):
+            result = clip_triangles(result, direction, float(high[axis]))
+        if np.isfinite(low[axis]):
+            result = clip_triangles(result, -direction, -float(low[axis]))
+    return result
+
+
+def longest_run(intervals: FloatArray, join: float = 1e-6) -> float:
+    """Length of the longest connected union of closed intervals (n, 2)."""
+    if not len(intervals):
+        return 0.0
+    ordered = intervals[np.argsort(intervals[:, 0])]
+    ends = np.maximum.accumulate(ordered[:, 1])
+    starts_new = np.concatenate([[True], ordered[1:, 0] > ends[:-1] + join])
+    first = ordered[starts_new, 0]
+    last = ends[np.append(np.flatnonzero(starts_new)[1:] - 1, len(ordered) - 1)]
+    return float((last - first).max())

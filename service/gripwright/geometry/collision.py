@@ -1,0 +1,137 @@
+"""Collision of convex solids with triangle meshes, by FCL, with one cached bounding volume hierarchy a mesh.
+
+FCL takes meshes as surfaces: a solid wholly inside a mesh is "free". Whoever needs an answer about solids asks `inside` too.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import fcl
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from gripwright.domain.shape import FloatArray, Mesh
+from gripwright.geometry.solids import is_box
+
+_REQUEST = fcl.CollisionRequest()
+
+
+class ConvexShape:
+    """The convex hull of some points as an FCL geometry, with its bounding box for quick rejection."""
+
+    def __init__(self, vertices: FloatArray) -> None:
+        self.vertices = vertices
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        self.centre: FloatArray = (low + high) / 2.0
+        self.half: FloatArray = (high - low) / 2.0
+        if is_box(vertices):
+            self._geometry = fcl.Box(*(high - low))
+            self._offset: FloatArray | None = self.centre
+        else:
+            self._geometry = _convex_geometry(vertices)
+            self._offset = None
+        self._object = fcl.CollisionObject(self._geometry)
+
+    def placed(self, X: FloatArray) -> fcl.CollisionObject:
+        """The FCL object at a pose; the same object each time."""
+        translation = X[:3, 3] if self._offset is None else X[:3, :3] @ self._offset + X[:3, 3]
+        self._object.setTransform(fcl.Transform(X[:3, :3], translation))
+        return self._object
+
+
+def _convex_geometry(vertices: FloatArray) -> fcl.Convex:
+    hull = ConvexHull(vertices)
+    corners = vertices[hull.vertices]
+    index = np.zeros(len(vertices), dtype=int)
+    index[hull.vertices] = np.arange(len(hull.vertices))
+    faces = index[hull.simplices]  # (f, 3)
+    a, b, c = np.moveaxis(corners[faces], 1, 0)
+    inwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
+    faces[inwards] = faces[inwards][:, [0, 2, 1]]
+    return fcl.Convex(corners, len(faces), np.column_stack([np.full(len(faces), 3), faces]).ravel())
+
+
+class MeshSurface:
+    """A mesh's bounding volume hierarchy, built once; place it as often as needed."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.mesh = mesh
+        self.geometry = fcl.BVHModel()
+        self.geometry.beginModel(len(mesh.vertices_mm), len(mesh.faces))
+        self.geometry.addSubModel(mesh.vertices_mm, mesh.faces)
+        self.geometry.endModel()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlacedSurface:
+    """A surface that stands at a pose of some frame, and its name for messages."""
+
+    name: str
+    surface: MeshSurface
+    X: FloatArray  # (4, 4)
+
+
+class Scene:
+    """Named meshes at fixed poses of one frame."""
+
+    def __init__(self, surfaces: Sequence[PlacedSurface]) -> None:
+        self.names = tuple(item.name for item in surfaces)
+        self._items = tuple(surfaces)
+        self._objects = [
+            fcl.CollisionObject(item.surface.geometry, fcl.Transform(item.X[:3, :3], item.X[:3, 3])) for item in surfaces
+        ]
+        corners = [item.surface.mesh.vertices_mm @ item.X[:3, :3].T + item.X[:3, 3] for item in surfaces]
+        self.low = np.array([points.min(axis=0) for points in corners]).reshape(-1, 3)  # (s, 3)
+        self.high = np.array([points.max(axis=0) for points in corners]).reshape(-1, 3)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def _near(self, shape: ConvexShape, X: FloatArray, reach: float) -> list[int]:
+        centre = X[:3, :3] @ shape.centre + X[:3, 3]
+        half = np.abs(X[:3, :3]) @ shape.half + reach
+        return np.flatnonzero(((self.low <= centre + half) & (self.high >= centre - half)).all(axis=1)).tolist()
+
+    def first_hit(self, shape: ConvexShape, X: FloatArray) -> str | None:
+        """Name of a mesh whose surface the solid touches at pose X of the scene's frame, or None."""
+        near = self._near(shape, X, 0.0)
+        if not near:
+            return None
+        solid = shape.placed(X)
+        for i in near:
+            if fcl.collide(solid, self._objects[i], _REQUEST, fcl.CollisionResult()):
+                return self.names[i]
+        return None
+
+    def distance(self, shape: ConvexShape, X: FloatArray, limit: float = np.inf) -> tuple[float, str | None]:
+        """Least distance of the solid to any surface and that mesh's name; 0 where they touch; `limit`, None beyond it."""
+        best, name = limit, None
+        for i in self._near(shape, X, limit if np.isfinite(limit) else 1e9):
+            solid = shape.placed(X)
+            if fcl.collide(solid, self._objects[i], _REQUEST, fcl.CollisionResult()):
+                return 0.0, self.names[i]
+            found = fcl.distance(solid, self._objects[i], fcl.DistanceRequest(), fcl.DistanceResult())
+            if found < best:
+                best, name = float(found), self.names[i]
+        return best, name
+
+    def inside(self, point: FloatArray) -> str | None:
+        """Name of a mesh that has the point (of the scene's frame) inside, by its winding number, or None."""
+        holds = ((self.low <= point) & (point <= self.high)).all(axis=1)
+        for i in np.flatnonzero(holds):
+            item = self._items[int(i)]
+            local = item.X[:3, :3].T @ (point - item.X[:3, 3])
+            if abs(winding_number(item.surface.mesh, local)) > 0.5:
+                return item.name
+        return None
+
+
+def winding_number(mesh: Mesh, point: FloatArray) -> float:
+    """Generalised winding number of a point (van Oosterom and Strackee 1983): 1 inside a closed mesh, 0 outside."""
+    a, b, c = np.moveaxis(mesh.triangles_mm - point, 1, 0)  # (m, 3)
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    numerator = np.einsum("ij,ij->i", a, np.cross(b, c))
+    denominator = (
+        la * lb * lc + np.einsum("ij,ij->i", a, b) * lc + np.einsum("ij,ij->i", b, c) * la + np.einsum("ij,ij->i", c, a) * lb
+    )
+    return float(np.arctan2(numerator, denominator).sum() / (2.0 * np.pi))

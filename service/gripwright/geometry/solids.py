@@ -1,0 +1,56 @@
+"""Convex solids as point sets: boxes, prisms, dilation and sweeps. All lengths in mm."""
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from gripwright.domain.shape import FloatArray
+
+_CORNERS = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+
+
+def box_vertices(low: FloatArray, high: FloatArray) -> FloatArray:
+    """The 8 corners of an axis-aligned box, (8, 3)."""
+    low, high = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
+    return np.asarray(low + _CORNERS * (high - low))
+
+
+def prism_vertices(radius: float, z_low: float, z_high: float, sides: int = 16) -> FloatArray:
+    """A regular prism about +z whose sides touch the cylinder of that radius from outside, (2·sides, 3)."""
+    angle = 2.0 * np.pi * (np.arange(sides) + 0.5) / sides
+    ring = radius / np.cos(np.pi / sides) * np.stack([np.cos(angle), np.sin(angle)], axis=1)  # (sides, 2)
+    return np.concatenate([np.column_stack([ring, np.full(sides, z)]) for z in (z_low, z_high)])
+
+
+def dilated(vertices: FloatArray, margin: float) -> FloatArray:
+    """Points whose hull holds every point within `margin` of the hull of `vertices` (Minkowski sum with a cube)."""
+    if margin == 0.0:
+        return vertices
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    if is_box(vertices):
+        return box_vertices(low - margin, high + margin)
+    offsets = (2.0 * _CORNERS - 1.0) * margin  # (8, 3)
+    return hull_vertices((vertices[:, None] + offsets).reshape(-1, 3))
+
+
+def is_box(vertices: FloatArray) -> bool:
+    """Whether the points are the 8 corners of an axis-aligned box."""
+    if len(vertices) != 8:
+        return False
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    return bool((((vertices == low) | (vertices == high)).all(axis=1)).all() and len(np.unique(vertices, axis=0)) == 8)
+
+
+def hull_vertices(points: FloatArray) -> FloatArray:
+    """Those of the points that are corners of their convex hull."""
+    return np.asarray(points[ConvexHull(points).vertices])
+
+
+def swept(vertices: FloatArray, displacement: FloatArray) -> FloatArray:
+    """Points whose hull is the sweep of a hull along a straight displacement (3,)."""
+    moves = np.flatnonzero(np.abs(displacement) > 1e-9)
+    if len(moves) == 0:
+        return vertices
+    if len(moves) == 1 and is_box(vertices):
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        return box_vertices(np.minimum(low, low + displacement), np.maximum(high, high + displacement))
+    return hull_vertices(np.concatenate([vertices, vertices + displacement]))
