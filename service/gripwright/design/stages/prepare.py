@@ -1,0 +1,63 @@
+"""Stage 1: from the mesh of a file to the mesh that all other stages work on."""
+
+from dataclasses import dataclass
+
+from pydantic import Field
+
+from gripwright.domain.shape import Mesh
+from gripwright.geometry.measures import diagonal_mm
+from gripwright.geometry.mesh_repair import Repair, repair, repaired
+from gripwright.geometry.refine import refine, refined_face_count
+from gripwright.plugin_api import Params, RunContext
+
+__all__ = ["PrepareSettings", "Prepared", "prepare", "repaired"]
+
+EDGE_GROWTH = 1.25
+
+
+class PrepareSettings(Params):
+    """How finely long triangles are divided."""
+
+    edge: float = Field(0.04, gt=0.0, le=1.0, description="Longest edge, as a fraction of the bounding box's diagonal.")
+    growth: float = Field(2.0, ge=1.0, description="Meshes grow at most by this factor …")
+    faces: int = Field(20_000, ge=1, description="… or to this number of faces; else longer edges stay.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Prepared:
+    """A prepared mesh (see `Mesh`) and what the user should know about the file's."""
+
+    mesh: Mesh
+    warnings: tuple[str, ...]
+
+
+def prepare(mesh: Mesh, settings: PrepareSettings, ctx: RunContext) -> Prepared:
+    """Repair and divide a mesh as read from a file (mm); `InvalidGeometry` where it cannot be used.
+
+    Faces that have no three different corners have no successor in `source_faces`.
+    """
+    with ctx.timed("prepare.repair"):
+        repair_ = repair(mesh)
+    ctx.progress(0.3, "mesh repaired")
+    with ctx.timed("prepare.refine"):
+        refined = refine(repair_.mesh, edge_max_mm(repair_.mesh, settings))
+    return Prepared(mesh=refined, warnings=_warnings(repair_))
+
+
+def edge_max_mm(mesh: Mesh, settings: PrepareSettings) -> float:
+    """Longest edge that is left: the setting's, or longer where the mesh would grow too much."""
+    longest = settings.edge * diagonal_mm(mesh)
+    limit = max(settings.growth * len(mesh.faces), settings.faces)
+    while refined_face_count(mesh, longest) > limit:
+        longest *= EDGE_GROWTH
+    return longest
+
+
+def _warnings(done: Repair) -> tuple[str, ...]:
+    notes = (
+        (done.degenerate_faces, "degenerate or double faces left out: {}"),
+        (done.flipped_faces, "faces that were wound inwards turned round: {}"),
+        (done.open_edges, "the mesh is open: {} edges have one face only"),
+        (done.non_manifold_edges, "the mesh is not manifold: {} edges have more than two faces or faces of opposite sense"),
+    )
+    return tuple(text.format(count) for count, text in notes if count)

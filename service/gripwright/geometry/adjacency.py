@@ -1,0 +1,108 @@
+"""Which faces of a mesh meet at an edge, and at what angle."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
+from gripwright.geometry.measures import face_normals
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Adjacency:
+    """Pairs of faces that share an edge.
+
+    An edge of two faces gives one pair. An edge where more faces meet gives pairs that bound the same wedge of material,
+    so that two solids that touch along an edge stay apart; what cannot be paired so is open there.
+    """
+
+    pairs: IntArray  # (e, 2) faces
+    edges: IntArray  # (e, 2) vertices, in the direction in which the first face of the pair runs through them
+    open_edges: int  # edges of one face
+    non_manifold_edges: int  # edges of more than two faces, or of two that do not run against each other
+
+
+def face_adjacency(mesh: Mesh) -> Adjacency:
+    """The pairs of faces of a mesh with merged vertices."""
+    halves, order, start, count = _half_edges_by_edge(mesh)
+    first, second = order[start[count == 2]], order[start[count == 2] + 1]
+    against = halves[first, 0] == halves[second, 1]
+    pairs = [np.stack((first, second), axis=1)[against]]  # half-edges; face of half-edge h is h % m
+    many = np.flatnonzero(count > 2)
+    if many.size:
+        pairs.append(_wedge_pairs(mesh, halves, [order[start[i] : start[i] + count[i]] for i in many]))
+    half_pairs = np.concatenate(pairs)  # (e, 2)
+    return Adjacency(
+        pairs=half_pairs % len(mesh.faces),
+        edges=halves[half_pairs[:, 0]],
+        open_edges=int((count == 1).sum()),
+        non_manifold_edges=int(many.size + (~against).sum()),
+    )
+
+
+def two_face_edges(mesh: Mesh) -> tuple[IntArray, BoolArray]:
+    """Pairs of faces at edges of exactly two faces, (e, 2), and whether they run against each other there, (e,)."""
+    halves, order, start, count = _half_edges_by_edge(mesh)
+    first, second = order[start[count == 2]], order[start[count == 2] + 1]
+    return np.stack((first, second), axis=1) % len(mesh.faces), halves[first, 0] == halves[second, 1]
+
+
+def exterior_angles_rad(mesh: Mesh, adjacency: Adjacency, normals: FloatArray | None = None) -> FloatArray:
+    """Angle by which the surface turns at each edge, (e,): 0 flat, positive convex, negative concave, at most π."""
+    normals = face_normals(mesh) if normals is None else normals
+    left, right = normals[adjacency.pairs[:, 0]], normals[adjacency.pairs[:, 1]]  # (e, 3)
+    along = mesh.vertices_mm[adjacency.edges[:, 1]] - mesh.vertices_mm[adjacency.edges[:, 0]]  # (e, 3)
+    length = np.linalg.norm(along, axis=1)
+    sine = np.einsum("ij,ij->i", np.cross(left, right), along) / np.where(length > 0, length, 1.0)
+    return np.asarray(np.arctan2(sine, np.einsum("ij,ij->i", left, right)))
+
+
+def edge_lengths_mm(mesh: Mesh, adjacency: Adjacency) -> FloatArray:
+    """Length of the edge of each pair, (e,)."""
+    ends = mesh.vertices_mm[adjacency.edges]  # (e, 2, 3)
+    return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
+
+
+def connected_labels(pairs: IntArray, count: int) -> IntArray:
+    """Number of the connected component of each of `count` items linked by `pairs`, (count,), from 0."""
+    links = coo_array((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
+
+
+def _half_edges_by_edge(mesh: Mesh) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Half-edges (3m, 2), their order by undirected edge, and start and count of each edge in that order."""
+    a, b, c = mesh.faces.T
+    halves = np.stack((np.concatenate((a, b, c)), np.concatenate((b, c, a))), axis=1)  # (3m, 2)
+    key = halves.min(axis=1) * len(mesh.vertices_mm) + halves.max(axis=1)
+    order = np.argsort(key, kind="stable")
+    start = np.flatnonzero(np.diff(key[order], prepend=-1))
+    return halves, order, start, np.diff(start, append=len(key))
+
+
+def _wedge_pairs(mesh: Mesh, halves: IntArray, edges: list[IntArray]) -> IntArray:
+    """Pairs of half-edges, (k, 2), that bound one wedge of material, at edges of more than two faces."""
+    pairs: list[tuple[int, int]] = []
+    for group in edges:
+        origin, end = mesh.vertices_mm[halves[group].min(axis=1)[0]], mesh.vertices_mm[halves[group].max(axis=1)[0]]
+        along = (end - origin) / max(float(np.linalg.norm(end - origin)), np.finfo(float).tiny)
+        faces = mesh.faces[group % len(mesh.faces)]  # (k, 3)
+        away = mesh.vertices_mm[faces].mean(axis=1) - origin  # (k, 3)
+        away = away - np.outer(away @ along, along)
+        x = away[0] / max(float(np.linalg.norm(away[0])), np.finfo(float).tiny)
+        angle = np.arctan2(away @ np.cross(along, x), away @ x) % (2 * np.pi)
+        # A face that runs along the edge has its outside ahead in the sense of growing angle, its material behind.
+        forward = halves[group, 0] < halves[group, 1]
+        pairs += _pair_around(group[np.argsort(angle, kind="stable")], forward[np.argsort(angle, kind="stable")])
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def _pair_around(group: IntArray, forward: BoolArray) -> list[tuple[int, int]]:
+    """Neighbours in the order around an edge of which the first begins a wedge of material and the second ends it."""
+    pairs = []
+    for i in range(len(group)):
+        j = (i + 1) % len(group)
+        if not forward[i] and forward[j]:
+            pairs.append((int(group[j]), int(group[i])))
+    return pairs

@@ -1,0 +1,67 @@
+"""First hits of many rays on a mesh, by Embree."""
+
+import os
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import numpy.typing as npt
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+from gripwright.domain.shape import FloatArray, IntArray
+
+FloatArray32 = npt.NDArray[np.float32]
+IntArray32 = npt.NDArray[np.int32]
+
+
+class RayScene:
+    """A mesh to shoot rays at.
+
+    Embree works in single precision: the scene keeps its own centre, so that a mesh far from the origin loses nothing.
+    """
+
+    def __init__(self, vertices_mm: FloatArray, faces: IntArray) -> None:
+        self.centre_mm: FloatArray = (vertices_mm.min(axis=0) + vertices_mm.max(axis=0)) / 2.0
+        self._scene = EmbreeScene()
+        self._mesh = TriangleMesh(self._scene, self.centred(vertices_mm), np.ascontiguousarray(faces, dtype=np.int32))
+        # Embree builds its tree at the first query; do it here, before threads share the scene.
+        self.first_hits(np.zeros((1, 3), dtype=np.float32), np.ones((1, 3), dtype=np.float32))
+
+    def centred(self, points_mm: FloatArray) -> FloatArray32:
+        """Points as the scene sees them, about its centre."""
+        return np.ascontiguousarray(points_mm - self.centre_mm, dtype=np.float32)
+
+    def first_hits(self, origins_mm: FloatArray32, directions: FloatArray32) -> tuple[FloatArray32, IntArray32, FloatArray32]:
+        """First hit of each ray (r, 3), origins as `centred` gives them.
+
+        Distance in lengths of the direction (r,), face (r,) −1 where nothing is hit, and the face's normal, not a unit (r, 3).
+        """
+        found = self._scene.run(origins_mm, directions, output=True)
+        return found["tfar"], found["primID"], found["Ng"]
+
+
+def cores() -> int:
+    """Number of processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def chunks(count: int, size: int) -> Iterator[slice]:
+    """Consecutive slices of at most `size` items."""
+    return (slice(i, min(i + size, count)) for i in range(0, count, size))
+
+
+def thread_pool() -> ThreadPoolExecutor:
+    """Threads for work that releases the interpreter's lock: one a core."""
+    return ThreadPoolExecutor(max_workers=cores())
+
+
+def morton_order(points: FloatArray) -> IntArray:
+    """An order of points (n, 3) in which neighbours in space are mostly neighbours in memory."""
+    low = points.min(axis=0)
+    span = max(float(np.ptp(points, axis=0).max()), np.finfo(float).tiny)
+    cell = ((points - low) / span * 1023.0).astype(np.uint32)  # (n, 3), 10 bits
+    for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
+        cell = (cell | (cell << np.uint32(shift))) & np.uint32(mask)
+    code = cell[:, 0] | (cell[:, 1] << np.uint32(1)) | (cell[:, 2] << np.uint32(2))
+    return np.argsort(code, kind="stable")

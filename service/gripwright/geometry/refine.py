@@ -1,0 +1,85 @@
+"""Division of long triangles. No vertex moves, and every new face lies in one face of the mesh that was divided."""
+
+import numpy as np
+
+from gripwright.domain.shape import FloatArray, IntArray, Mesh
+
+
+def refine(mesh: Mesh, edge_max_mm: float) -> Mesh:
+    """The mesh with every edge longer than `edge_max_mm` halved until none is; works on open and non-manifold meshes.
+
+    Both faces of an edge are divided at the same point, so that no gap opens. Faces are ordered by `source_faces`.
+    """
+    vertices = mesh.vertices_mm
+    source = np.arange(len(mesh.faces)) if mesh.source_faces is None else mesh.source_faces
+    done: list[tuple[IntArray, IntArray]] = []
+    faces = mesh.faces
+    while True:
+        sides = vertices[faces[:, [1, 2, 0]]] - vertices[faces]  # (m, 3, 3); side k runs from corner k to k + 1
+        long = np.einsum("ijk,ijk->ij", sides, sides) > edge_max_mm**2  # (m, 3)
+        divided = long.any(axis=1)
+        done.append((faces[~divided], source[~divided]))
+        if not divided.any():
+            break
+        faces, source, vertices = _halve(vertices, faces[divided], source[divided], long[divided])
+    all_faces, all_source = np.concatenate([f for f, _ in done]), np.concatenate([s for _, s in done])
+    order = np.argsort(all_source, kind="stable")
+    return Mesh(vertices_mm=vertices, faces=all_faces[order], source_faces=all_source[order])
+
+
+def refined_face_count(mesh: Mesh, edge_max_mm: float) -> float:
+    """Estimate of the number of faces after `refine`."""
+    corners = mesh.triangles_mm
+    lengths = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2)  # (m, 3)
+    parts = np.sort(np.exp2(np.ceil(np.log2(np.maximum(lengths / edge_max_mm, 1.0)))), axis=1)  # pieces of each side
+    return float((parts[:, 2] * parts[:, 0] + parts[:, 1] - 1.0).sum())
+
+
+def _halve(
+    vertices: FloatArray, faces: IntArray, source: IntArray, long: np.ndarray[tuple[int, int], np.dtype[np.bool_]]
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Divide faces at the middles of their long sides: into 2, 3 or 4."""
+    ends = np.stack((faces, faces[:, [1, 2, 0]]), axis=2)[long]  # (l, 2)
+    key = ends.min(axis=1) * len(vertices) + ends.max(axis=1)
+    _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+    middle = np.full(faces.shape, -1)
+    middle[long] = len(vertices) + inverse
+    vertices = np.concatenate((vertices, vertices[ends[first]].mean(axis=1)))
+    count = long.sum(axis=1)
+    # Turn each face so that its sides lie alike: one long side first; two long sides last; three anyhow.
+    turn = np.where(count == 1, long.argmax(axis=1), np.where(count == 2, ((~long).argmax(axis=1)), 0))
+    columns = (turn[:, None] + np.arange(3)) % 3
+    corner, middle = np.take_along_axis(faces, columns, axis=1), np.take_along_axis(middle, columns, axis=1)
+    pieces, owners = [], []
+    for pattern, divide in ((1, _into_two), (2, _into_three), (3, _into_four)):
+        chosen = count == pattern
+        new = divide(vertices, corner[chosen], middle[chosen])
+        pieces.append(new.reshape(-1, 3))
+        owners.append(np.repeat(source[chosen], new.shape[1]))
+    return np.concatenate(pieces), np.concatenate(owners), vertices
+
+
+def _into_two(vertices: FloatArray, corner: IntArray, middle: IntArray) -> IntArray:
+    """Side 0 is long. (k, 2, 3)."""
+    del vertices
+    a, b, c = corner.T
+    p = middle[:, 0]
+    return np.stack((a, p, c, p, b, c), axis=1).reshape(-1, 2, 3)
+
+
+def _into_three(vertices: FloatArray, corner: IntArray, middle: IntArray) -> IntArray:
+    """Sides 1 and 2 are long; the remaining four-sided piece is divided along its shorter diagonal. (k, 3, 3)."""
+    a, b, c = corner.T
+    p, q = middle[:, 1], middle[:, 2]
+    along_ap = np.linalg.norm(vertices[a] - vertices[p], axis=1) <= np.linalg.norm(vertices[b] - vertices[q], axis=1)
+    with_ap = np.stack((c, q, p, a, b, p, a, p, q), axis=1)
+    with_bq = np.stack((c, q, p, a, b, q, b, p, q), axis=1)
+    return np.where(along_ap[:, None], with_ap, with_bq).reshape(-1, 3, 3)
+
+
+def _into_four(vertices: FloatArray, corner: IntArray, middle: IntArray) -> IntArray:
+    """All sides are long. (k, 4, 3)."""
+    del vertices
+    a, b, c = corner.T
+    p, q, r = middle.T
+    return np.stack((a, p, r, p, b, q, r, q, c, p, q, r), axis=1).reshape(-1, 4, 3)

@@ -1,0 +1,102 @@
+"""Shape diameter function (Shapira, Shamir and Cohen-Or, 2008): how thick a solid is behind each face of its surface."""
+
+import numpy as np
+
+from gripwright.domain.shape import FloatArray, IntArray, Mesh
+from gripwright.geometry.measures import diagonal_mm, face_centres_mm, face_normals
+from gripwright.geometry.rays import FloatArray32, RayScene, chunks, morton_order, thread_pool
+
+ORIGIN_OFFSET = 1e-6
+"""How far inside the surface rays begin, as a fraction of the diagonal: far enough not to hit the face itself."""
+OUTLIER_LIMIT = 1.5
+"""Rays farther from the median of their cone than this many median absolute deviations do not count."""
+FACES_A_CHUNK = 4096
+
+
+def shape_diameters_mm(mesh: Mesh, rays: int, cone_angle_rad: float) -> FloatArray:
+    """Mean length of the rays into a cone about the inward normal at each face's centre, outliers left out, (m,).
+
+    Rays count when they hit a face from inside. NaN where none does (and for faces without area). `cone_angle_rad` is the
+    full angle of the cone, less than π.
+    """
+    scene = RayScene(mesh.vertices_mm, mesh.faces)
+    normals = face_normals(mesh)
+    centres = face_centres_mm(mesh)
+    axes = np.stack((*_tangents(mesh, normals), -normals), axis=1).astype(np.float32)  # (m, 3, 3)
+    origins = scene.centred(centres - normals * ORIGIN_OFFSET * diagonal_mm(mesh))
+    pattern = cone_directions(rays, cone_angle_rad).astype(np.float32)
+    values = np.full(len(mesh.faces), np.nan)
+    order = morton_order(centres)
+
+    def trace(part: slice) -> None:
+        chosen = order[part]
+        values[chosen] = _trace(scene, origins[chosen], pattern @ axes[chosen])
+
+    with thread_pool() as pool:
+        list(pool.map(trace, chunks(len(order), FACES_A_CHUNK)))
+    values[~normals.any(axis=1)] = np.nan
+    return values
+
+
+def cone_directions(rays: int, cone_angle_rad: float) -> FloatArray:
+    """Unit directions in a cone about +z, (rays, 3): a sunflower on the cone's cross-section, denser about the axis.
+
+    Ray i is at radius i / rays of the cross-section; the density stands for the weight that the method gives to the
+    rays near the axis, so that all rays count alike.
+    """
+    i = np.arange(rays)
+    turn = i * np.pi * (3.0 - np.sqrt(5.0))  # the golden angle
+    radius = i / rays * np.tan(cone_angle_rad / 2.0)
+    directions = np.stack((radius * np.cos(turn), radius * np.sin(turn), np.ones(rays)), axis=1)
+    return np.asarray(directions / np.linalg.norm(directions, axis=1, keepdims=True))
+
+
+def filled(values: FloatArray, pairs: IntArray) -> FloatArray:
+    """Values with each NaN replaced by the mean of its neighbours that have one, from near to far; 0 where none is near."""
+    result = values.copy()
+    left, right = np.concatenate((pairs, pairs[:, ::-1])).T
+    while np.isnan(result).any():
+        useful = np.isnan(result[left]) & ~np.isnan(result[right])
+        if not useful.any():
+            break
+        total = np.bincount(left[useful], weights=result[right[useful]], minlength=len(result))
+        count = np.bincount(left[useful], minlength=len(result))
+        result = np.where(count > 0, total / np.maximum(count, 1), result)
+    return np.nan_to_num(result, nan=0.0)
+
+
+def _tangents(mesh: Mesh, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two unit tangents of each face, (m, 3) each, that turn with the mesh: the first along the face's first side."""
+    a, b, _ = np.moveaxis(mesh.triangles_mm, 1, 0)
+    side = b - a
+    length = np.linalg.norm(side, axis=1, keepdims=True)
+    first = np.divide(side, length, out=np.zeros_like(side), where=length > 0)
+    return first, np.cross(normals, first)
+
+
+def _trace(scene: RayScene, origins: FloatArray32, directions: FloatArray32) -> FloatArray:
+    """Mean ray length of each face: origins (k, 3), unit directions (k, rays, 3)."""
+    k, rays, _ = directions.shape
+    flat = np.ascontiguousarray(directions.reshape(-1, 3))
+    distance, face, normal = scene.first_hits(np.repeat(origins, rays, axis=0), flat)
+    leaving = (face >= 0) & (np.einsum("ij,ij->i", normal, flat) > 0)
+    return _robust_mean(np.where(leaving, distance, np.nan).reshape(k, rays))
+
+
+def _robust_mean(lengths: FloatArray32) -> FloatArray:
+    """Mean of each row (k, rays) without outliers; NaN marks rays that do not count, and rows without any."""
+    count = (~np.isnan(lengths)).sum(axis=1)
+    middle = _row_medians(lengths, count)
+    deviation = np.abs(lengths - middle[:, None])
+    limit = OUTLIER_LIMIT * _row_medians(deviation, count)
+    good = deviation <= limit[:, None] * np.float32(1 + 1e-4)
+    total = np.where(good, lengths, 0.0).sum(axis=1, dtype=np.float64)
+    return np.where(count > 0, total / np.maximum(good.sum(axis=1), 1), np.nan)
+
+
+def _row_medians(values: FloatArray32, count: IntArray) -> FloatArray32:
+    """Median of each row's numbers, NaN sorting last."""
+    ordered = np.sort(values, axis=1)
+    rows = np.arange(len(values))
+    low, high = np.maximum(count - 1, 0) // 2, np.maximum(count, 1) // 2
+    return np.asarray((ordered[rows, low] + ordered[rows, np.minimum(high, values.shape[1] - 1)]) / 2)
