@@ -20,6 +20,7 @@ from gripwright.plugin_api import HandModel
 TOUCH_GAP_MM = 0.045  # of 0.05
 _PARALLEL = float(np.cos(np.radians(4.8)))  # of 5°
 _SEARCH_MM = 0.5  # how far the seated surface may lie from the planned one
+_DEPTH_MM = 60.0  # surface farther from the finger's plane is not looked at
 _SEAT_MM = 0.002  # the finger stands off the surface's foremost point, so that rounding in files never makes it enter
 
 
@@ -61,7 +62,7 @@ def seat(grasp: Grasp, surface: Surface, hand: HandModel) -> Grasp | Rejection:
     """The grasp with the opening (and, for two fingers, the centre) at which the fingers just touch the component."""
     _, y_low, y_high = finger_section(hand, grasp.grip)
     sign = 1.0 if grasp.grip == EXTERNAL else -1.0
-    levels = []
+    levels: list[float] = []
     for X_GF in hand.finger_poses(grasp.opening_width_mm):
         strip = _strip(surface, grasp.X_CG @ X_GF, y_low, y_high, -np.inf, 0.0)
         x = sign * strip[..., 0]
@@ -152,8 +153,7 @@ def _strip(
     z = surface.centres[index] @ X_FC[2, :3] + X_FC[2, 3]
     x = surface.centres[index] @ X_FC[0, :3] + X_FC[0, 3]
     reach = surface.reach[index]
-    near = (
-        (y >= y_low - reach) & (y <= y_high + reach) & (z <= z_high + reach) & (z >= z_low - reach) & (np.abs(x) <= reach + 60.0)
-    )
+    near = (y >= y_low - reach) & (y <= y_high + reach) & (z >= z_low - reach) & (z <= z_high + reach)
+    near &= np.abs(x) <= reach + _DEPTH_MM
     local = transform(X_FC, surface.triangles[index[near]])
     return clip_to_box(local, np.array([-np.inf, y_low, z_low]), np.array([np.inf, y_high, z_high]))

@@ -5,6 +5,7 @@ a step with rotation is divided until each arc is short, and the hull of neighbo
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import expm, logm
@@ -32,7 +33,7 @@ class Step:
 def steps(motion: FloatArray) -> list[Step]:
     """The motion (k, 4, 4) as steps that can be swept; neighbouring straight steps in one direction are joined."""
     result: list[Step] = []
-    for start, end in zip(motion[:-1], motion[1:], strict=True):
+    for start, end in pairwise(motion):
         move = end @ inverse(start)
         angle = float(np.linalg.norm(Rotation.from_matrix(move[:3, :3]).as_rotvec()))
         if angle < 1e-7:
@@ -74,7 +75,7 @@ def _screw_axis(move: FloatArray) -> FloatArray:
 
 
 class SweptHand:
-    """The shapes that one convex solid of a hand sweeps along a motion, ready for collision, cached by the move in the hand's frame."""
+    """The shapes that convex solids of a hand sweep along a motion, cached by the move seen from the hand's frame."""
 
     def __init__(self) -> None:
         self._cache: dict[tuple[bytes, ...], ConvexShape] = {}

@@ -43,7 +43,7 @@ class Plan(BaseModel):
 
 
 def plan_of(options: Mapping[str, Any]) -> Plan:
-    """The plan of options as given, `{"sdf.rays": 20, "margin": 0.2}` or `{"sdf": {"rays": 20}}`; InvalidPlan names every fault."""
+    """The plan of options as given: `{"sdf.rays": 20}` or `{"sdf": {"rays": 20}}`; InvalidPlan names every fault."""
     fields: dict[str, Any] = {}
     params: dict[str, dict[str, Any]] = {}
     for key, value in options.items():
