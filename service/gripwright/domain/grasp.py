@@ -89,9 +89,14 @@ class OperationVerdict:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GraspConstraint:
-    """C_ij = {F, W, L⁻, L⁺} of one alternative; bounds are closed, `finger_length_max_mm` may be inf."""
+    """C_ij = {F, W, L⁻, L⁺} of one alternative; bounds are closed, `finger_length_max_mm` may be inf.
+
+    `release_clearance_mm` is how much the opening has to change to let go of this grasp, where that is more than the
+    problem's own clearance.
+    """
 
     gripper_type: str
     opening_width_mm: float
     finger_length_min_mm: float
     finger_length_max_mm: float
+    release_clearance_mm: float = 0.0

@@ -5,6 +5,9 @@ from dataclasses import dataclass, field
 from gripwright.domain.grasp import EXTERNAL, INTERNAL, Grasp, GraspConstraint, Hold
 from gripwright.domain.shape import FloatArray, Mesh
 
+BOUND_TOLERANCE_MM = 1e-9
+"""Closed bounds: two figures that are equal as decimals stay equal when binary sums of them differ in the last digit."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Actuator:
@@ -13,7 +16,7 @@ class Actuator:
     maker: str
     model: str
     gripper_type: str
-    stroke_mm: float  # total change of opening width (diameter for centric ones)
+    stroke_mm: float  # total change of opening width (diameter for centric ones); 0: not known, or none
     opening_max_mm: float | None = None  # distance of the jaws' own references, fully open
     grip_force_N: float | None = None  # total: the sum over the jaws
     mass_kg: float | None = None
@@ -24,7 +27,7 @@ class Actuator:
     price: float | None = None
     stroke_basis: str = "total"  # as the maker states it: total, diameter, per-jaw
     force_basis: str = "unknown"  # as the maker states it: total, per-jaw, unknown
-    confidence: str = "C"
+    confidence: str = "B"  # A: from the maker's data sheet, B: second hand, C: sources conflict
     source: str = ""
     note: str = ""
 
@@ -49,13 +52,15 @@ class GripperParameters:
         if self.gripper_type != constraint.gripper_type:
             return False
         low, high = self.opening_min_mm, self.opening_max_mm
+        clearance_mm = max(release_clearance_mm, constraint.release_clearance_mm)
         if self.grip == INTERNAL:
-            low += release_clearance_mm
+            low += clearance_mm
         else:
-            high -= release_clearance_mm
+            high -= clearance_mm
+        width, length, slack = constraint.opening_width_mm, self.finger_length_mm, BOUND_TOLERANCE_MM
         return (
-            low <= constraint.opening_width_mm <= high
-            and constraint.finger_length_min_mm <= self.finger_length_mm <= constraint.finger_length_max_mm
+            low - slack <= width <= high + slack
+            and constraint.finger_length_min_mm - slack <= length <= constraint.finger_length_max_mm + slack
         )
 
 
@@ -91,6 +96,24 @@ class Gripper:
     handles: tuple[Handle, ...]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JawInterface:
+    """Where a finger is bolted to a jaw. The jaw's reference is its inner face; its front face carries the finger's base.
+
+    The jaw reaches `depth_mm` outwards from the reference. Two threads lie on a line across it, symmetric about the jaw's
+    middle, with a locating pin half way between them. The defaults stand wherever the maker's interface is not known.
+    """
+
+    depth_mm: float = 14.0
+    width_mm: float = 28.0
+    height_mm: float = 10.0
+    bolt_setback_mm: float = 7.0  # from the reference outwards to the line of the threads
+    bolt_pitch_mm: float = 18.0
+    bolt_thread_mm: float = 4.0  # M4
+    pin_diameter_mm: float = 3.0  # 0: no pin
+    pin_length_mm: float = 5.0  # how far it stands out of the jaw
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FingerSpec:
     """What a finger designer is asked for. All in the finger frame F (gripping surface x = 0, tip end z = 0)."""
@@ -106,7 +129,8 @@ class FingerSpec:
     envelope_mm: float  # nothing of the finger may lie farther from the gripper's axis, at opening_max
     actuator: Actuator
     contact_radii_mm: tuple[float, ...]  # of the components held; inf for flat ones
-    grip_force_N: float
+    grip_force_N: float  # total: the sum over the fingers
+    jaw: JawInterface = JawInterface()  # the jaw's reference stands at x = −jaw_offset_mm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
