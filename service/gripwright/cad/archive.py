@@ -1,0 +1,158 @@
+"""The files of a product package: a folder or a zip archive, neither of which is trusted."""
+
+import io
+import stat
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from typing import Protocol
+
+from gripwright.cad.limits import Limits
+from gripwright.domain.errors import Fault, InvalidInput, LimitExceeded
+
+_RATIO_FROM_BYTES = 2**20  # smaller files cannot do harm, however well they compress
+_ARCHIVES = frozenset({".zip", ".gz", ".bz2", ".xz", ".7z", ".rar", ".tar", ".tgz"})
+_ENCRYPTED = 0x1
+
+
+class PackageFiles(Protocol):
+    """The files of a package by name: relative paths with / between folders."""
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Every file."""
+        ...
+
+    def read(self, name: str) -> bytes:
+        """The content of a file; LimitExceeded where it is larger than allowed."""
+        ...
+
+
+class FolderFiles:
+    """A folder. Links that lead out of it are no files of the package."""
+
+    def __init__(self, folder: Path, limits: Limits) -> None:
+        self._root, self._limits, self._total = folder.resolve(), limits, 0
+        names = set()
+        for path in self._root.rglob("*"):
+            if path.is_file() and path.resolve().is_relative_to(self._root):
+                names.add(path.relative_to(self._root).as_posix())
+            if len(names) > limits.max_files:
+                raise LimitExceeded(f"the folder holds more than {limits.max_files} files")
+        self.names = frozenset(names)
+
+    def read(self, name: str) -> bytes:
+        """The content of a file."""
+        path = self._root / name
+        size = path.stat().st_size
+        self._total += size
+        _check_size(name, size, self._total, self._limits)
+        return path.read_bytes()
+
+
+class ArchiveFiles:
+    """A zip archive whose directory was checked (open_archive). Nothing is written to disk."""
+
+    def __init__(self, archive: zipfile.ZipFile, entries: Mapping[str, zipfile.ZipInfo], limits: Limits) -> None:
+        self._archive, self._entries, self._limits, self._total = archive, entries, limits, 0
+        self.names = frozenset(entries)
+
+    def read(self, name: str) -> bytes:
+        """The content of a file; what really comes out is counted, whatever the directory declares."""
+        try:
+            with self._archive.open(self._entries[name]) as stream:
+                data = stream.read(self._limits.max_file_bytes + 1)
+        except (zipfile.BadZipFile, EOFError, NotImplementedError, OSError, ValueError) as error:
+            raise InvalidInput("the archive is damaged", faults=(Fault(name, f"cannot be decompressed: {error}"),)) from None
+        self._total += len(data)
+        _check_size(name, len(data), self._total, self._limits)
+        return data
+
+
+def open_archive(data: bytes, label: str, limits: Limits) -> ArchiveFiles:
+    """A zip archive whose directory keeps to the limits; `label` names it in messages.
+
+    InvalidInput for names that lead out, links, encryption, names given twice and archives inside; LimitExceeded for
+    what would be too much.
+    """
+    try:
+        archive = zipfile.ZipFile(io.BytesIO(data))
+    except (zipfile.BadZipFile, ValueError, NotImplementedError, OSError) as error:
+        raise InvalidInput(f"{label} is no zip archive: {error}", faults=(Fault(label, f"no zip archive: {error}"),)) from None
+    infos = [info for info in archive.infolist() if not info.is_dir()]
+    if len(infos) > limits.max_files:
+        raise LimitExceeded(f"{label} holds {len(infos)} files, at most {limits.max_files}")
+    entries: dict[str, zipfile.ZipInfo] = {}
+    faults = []
+    for info in infos:
+        message = _entry_fault(info)
+        if message is None and info.filename in entries:
+            message = "given twice in the archive"
+        if message is not None:
+            faults.append(Fault(info.filename, message))
+        entries[info.filename] = info
+    if faults:
+        raise InvalidInput(f"{label} cannot be used", faults=tuple(faults))
+    _check_declared(infos, label, limits)
+    return ArchiveFiles(archive, entries, limits)
+
+
+def _entry_fault(info: zipfile.ZipInfo) -> str | None:
+    path = PurePosixPath(info.filename)
+    if path.is_absolute() or ".." in path.parts or "\\" in info.orig_filename or ":" in info.filename:
+        return "the path leads out of the package"
+    if stat.S_ISLNK(info.external_attr >> 16):
+        return "a symbolic link"
+    if info.flag_bits & _ENCRYPTED:
+        return "encrypted"
+    if path.suffix.lower() in _ARCHIVES:
+        return "an archive inside the archive"
+    return None
+
+
+def _check_declared(infos: list[zipfile.ZipInfo], label: str, limits: Limits) -> None:
+    total = 0
+    for info in infos:
+        total += info.file_size
+        _check_size(info.filename, info.file_size, total, limits)
+        ratio = info.file_size / max(info.compress_size, 1)
+        if info.file_size > _RATIO_FROM_BYTES and ratio > limits.max_ratio:
+            detail = f"{info.filename} in {label} is compressed {ratio:.0f} : 1, at most {limits.max_ratio:.0f} : 1"
+            raise LimitExceeded(detail, faults=(Fault(info.filename, detail),))
+
+
+def _check_size(name: str, size: int, total: int, limits: Limits) -> None:
+    if size > limits.max_file_bytes:
+        detail = f"{name} has {size} bytes or more, at most {limits.max_file_bytes}"
+        raise LimitExceeded(detail, faults=(Fault(name, detail),))
+    if total > limits.max_total_bytes:
+        detail = f"the files up to {name} have {total} bytes together, at most {limits.max_total_bytes}"
+        raise LimitExceeded(detail, faults=(Fault(name, detail),))
+
+
+class Subfolder:
+    """A folder of a package as the package itself: archives often hold one folder that holds everything."""
+
+    def __init__(self, files: PackageFiles, prefix: str) -> None:
+        self._files, self._prefix = files, prefix
+        self.names = frozenset(name.removeprefix(prefix) for name in files.names if name.startswith(prefix))
+
+    def read(self, name: str) -> bytes:
+        """The content of a file."""
+        return self._files.read(self._prefix + name)
+
+
+def open_package_files(path: Path, limits: Limits) -> PackageFiles:
+    """The files of a folder or a .zip; where product.json lies in one folder below, that folder's."""
+    if path.is_dir():
+        return FolderFiles(path, limits)
+    if not path.is_file():
+        raise InvalidInput(f"no such file or folder: {path.name}", faults=(Fault(path.name, "no such file or folder"),))
+    size = path.stat().st_size
+    if size > limits.max_total_bytes:
+        raise LimitExceeded(f"{path.name} has {size} bytes, at most {limits.max_total_bytes}")
+    files = open_archive(path.read_bytes(), path.name, limits)
+    below = sorted(name for name in files.names if name.endswith("/product.json") and name.count("/") == 1)
+    if "product.json" not in files.names and len(below) == 1:
+        return Subfolder(files, below[0].removesuffix("product.json"))
+    return files

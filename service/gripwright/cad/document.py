@@ -1,0 +1,65 @@
+"""Strict JSON and pointers to what is wrong in it."""
+
+import json
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from pydantic import ValidationError
+
+from gripwright.domain.errors import Fault, InvalidInput, LimitExceeded
+
+_MESSAGES = {
+    "missing": "required, but absent",
+    "extra_forbidden": "unknown field",
+    "model_type": "must be an object",
+    "tuple_type": "must be a list",
+}
+
+
+class _NotJson(ValueError):
+    """Something that Python's parser lets pass and JSON does not."""
+
+
+def pointer(*parts: str | int) -> str:
+    """The JSON pointer (RFC 6901) of these steps."""
+    return "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in parts)
+
+
+def parse_json(document: bytes, name: str, max_bytes: int) -> Any:
+    """The value of a JSON document; NaN, Infinity and repeated names are no JSON. InvalidInput says where parsing stopped."""
+    if len(document) > max_bytes:
+        raise LimitExceeded(f"{name} has {len(document)} bytes, at most {max_bytes}", file=name)
+    try:
+        return json.loads(document.decode("utf-8-sig"), parse_constant=_refuse_constant, object_pairs_hook=_unique_names)
+    except json.JSONDecodeError as error:
+        message = f"not valid JSON: {error.msg} at line {error.lineno}, column {error.colno}"
+    except UnicodeDecodeError as error:
+        message = f"not valid JSON: byte {error.start} is not UTF-8"
+    except RecursionError:
+        message = "not valid JSON: nested too deeply"
+    except ValueError as error:  # numbers of more digits than Python converts, and _NotJson
+        message = f"not valid JSON: {error}"
+    raise InvalidInput(f"{name} is {message}", faults=(Fault(pointer=name, message=message),))
+
+
+def _refuse_constant(constant: str) -> NoReturn:
+    raise _NotJson(f"{constant} is no number")
+
+
+def _unique_names(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    value = dict(pairs)
+    if len(value) < len(pairs):
+        names = [name for name, _ in pairs]
+        repeated = next(name for name in names if names.count(name) > 1)
+        raise _NotJson(f"the name {repeated!r} is given twice in one object")
+    return value
+
+
+def faults_of(error: ValidationError, *prefix: str | int) -> list[Fault]:
+    """The faults of a document that is not what its model says; `prefix` leads to the part that was validated."""
+    faults = []
+    for entry in error.errors(include_url=False):
+        at = entry.get("ctx", {}).get("at")  # a validator of a whole object names the member that it blames
+        steps = (*prefix, *entry["loc"], *(at or ()))
+        faults.append(Fault(pointer=pointer(*steps), message=_MESSAGES.get(entry["type"], entry["msg"])))
+    return faults

@@ -1,0 +1,55 @@
+"""An assembly sequence given apart from its product. Imports no mesh library."""
+
+from collections.abc import Collection
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from gripwright.cad.document import faults_of, parse_json
+from gripwright.cad.limits import Limits
+from gripwright.cad.manifest import OperationEntry
+from gripwright.cad.sequence import entries, sequence_faults
+from gripwright.domain.assembly import Operation
+from gripwright.domain.errors import InvalidInput
+
+
+class OperationsDocument(BaseModel):
+    """`{"operations": […]}`, as in product.json."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    operations: tuple[OperationEntry, ...] = Field(max_length=20_000)
+
+
+def validate_operations(value: Any, component_ids: Collection[str]) -> tuple[OperationEntry, ...]:
+    """The checked operations of a JSON value, `{"operations": […]}` or the list alone.
+
+    InvalidInput names every fault; pointers begin with /operations in both forms.
+    """
+    value = {"operations": value} if isinstance(value, list) else value
+    faults = sequence_faults(entries(value, "operations"), component_ids)
+    try:
+        document = OperationsDocument.model_validate(value)
+    except ValidationError as error:
+        faults = faults_of(error) + faults
+    if faults:
+        raise InvalidInput("the assembly sequence cannot be used", faults=tuple(faults))
+    return document.operations
+
+
+def read_operations(document: bytes, component_ids: Collection[str], limits: Limits) -> tuple[OperationEntry, ...]:
+    """The checked operations of a JSON document."""
+    return validate_operations(parse_json(document, "operations", limits.max_document_bytes), component_ids)
+
+
+def operation_of(entry: OperationEntry) -> Operation:
+    """The operation as the calculation knows it."""
+    return Operation(
+        id=entry.id,
+        active=entry.active,
+        passive=entry.passive,
+        motion=entry.motion(),
+        grasp=entry.grasp,
+        force_N=entry.force,
+        fit=entry.fit,
+    )
