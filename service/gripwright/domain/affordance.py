@@ -5,6 +5,9 @@ from typing import Any
 
 from gripwright.domain.shape import BoolArray, FloatArray
 
+MARKED = "marked"
+"""`detector` of what the user forbade in the package; nothing overrules it."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Forbidden:

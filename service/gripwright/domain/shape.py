@@ -149,6 +149,7 @@ class SegmentAnalysis:
     primitive: Primitive | None
     fits: tuple[dict[str, Any], ...]  # JSON: fitter, kind, volume_ratio, surface_filled, kept | code, detail
     reason: str  # one sentence: why this primitive was kept or none was
+    alternatives: tuple[Primitive, ...] = ()  # the other primitives with a filled surface, the next best first
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

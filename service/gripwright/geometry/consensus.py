@@ -1,0 +1,144 @@
+"""Consensus (RANSAC) on oriented surface samples: which cylinders explain a surface. Lengths in mm, scale-free."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from gripwright.domain.shape import BoolArray, FloatArray, IntArray
+
+_PAIRS = 500
+_ALONG_CAPS = 60  # pairs for each direction taken as an end face's
+_CAPS = 4
+_BAND = 0.01  # of the samples' size: distance at which a sample stops to count
+_BAND_OF_RADIUS = 0.08
+_NORMAL_COSINE = 0.75  # between a sample's normal and the radial direction
+_TILT = 0.35  # of a sample's normal along the axis
+_NEIGHBOURS = 24
+_LARGEST_RADIUS = 30.0  # of the samples' size
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SurfaceSamples:
+    """Points with outward unit normals and the area each stands for."""
+
+    points_mm: FloatArray  # (s, 3)
+    normals: FloatArray  # (s, 3)
+    areas_mm2: FloatArray  # (s,)
+    directions: IntArray  # (s,) number of the direction, shared by samples with nearly the same normal
+
+    @property
+    def size_mm(self) -> float:
+        """Largest extent of the points."""
+        return float(np.ptp(self.points_mm, axis=0).max())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CylinderHypotheses:
+    """Signed cylinders: sign +1 where the normals point away from the axis (a boss), −1 towards it (a bore)."""
+
+    points_mm: FloatArray  # (h, 3), perpendicular to the axes
+    axes: FloatArray  # (h, 3) unit
+    radii_mm: FloatArray  # (h,)
+    signs: FloatArray  # (h,)
+
+    def select(self, which: BoolArray | IntArray) -> "CylinderHypotheses":
+        """Some of them."""
+        return CylinderHypotheses(
+            points_mm=self.points_mm[which], axes=self.axes[which], radii_mm=self.radii_mm[which], signs=self.signs[which]
+        )
+
+
+def sample_surface(
+    points_mm: FloatArray, normals: FloatArray, areas_mm2: FloatArray, count: int, rng: np.random.Generator
+) -> SurfaceSamples:
+    """At most `count` of the given faces (centres, normals, areas).
+
+    Half of them are drawn by area, half with one voice a direction, so that narrow facets are heard beside wide planes;
+    each stands for the area that makes sums over the samples unbiased.
+    """
+    usable = np.flatnonzero(areas_mm2 > 0)
+    directions = _directions(normals[usable])
+    areas = areas_mm2[usable]
+    if len(usable) > count:
+        weight = _voices(areas, directions)
+        drawn = rng.choice(len(usable), count, p=weight)
+        usable, directions, areas = usable[drawn], directions[drawn], areas[drawn] / (weight[drawn] * count)
+    return SurfaceSamples(points_mm=points_mm[usable], normals=normals[usable], areas_mm2=areas, directions=directions)
+
+
+def _directions(normals: FloatArray) -> IntArray:
+    cell = np.rint(normals * 50.0).astype(np.int64) + 64  # (s, 3), about one degree
+    return np.asarray(np.unique(cell @ np.array([1 << 16, 1 << 8, 1]), return_inverse=True)[1], dtype=np.int64)
+
+
+def _voices(areas_mm2: FloatArray, directions: IntArray) -> FloatArray:
+    rarity = 1.0 / np.bincount(directions)[directions]
+    weight = areas_mm2 / areas_mm2.sum() + rarity / rarity.sum()
+    return np.asarray(weight / weight.sum())
+
+
+def smoothed(samples: SurfaceSamples) -> SurfaceSamples:
+    """The samples with each normal averaged over its neighbours that differ by less than 60°: noise goes, edges stay."""
+    near = cKDTree(samples.points_mm).query(samples.points_mm, k=min(_NEIGHBOURS, len(samples.points_mm)))[1]  # (s, k)
+    alike = np.einsum("ij,ikj->ik", samples.normals, samples.normals[near]) > 0.5
+    total = np.einsum("ik,ikj->ij", alike * 1.0, samples.normals[near])
+    normals = total / np.linalg.norm(total, axis=1, keepdims=True)
+    return replace(samples, normals=normals, directions=_directions(normals))
+
+
+def propose_cylinders(samples: SurfaceSamples, rng: np.random.Generator) -> CylinderHypotheses:
+    """Cylinders through pairs of oriented samples.
+
+    Two normals give the axis (their cross product) or, where a plane is taken as an end face, its normal does;
+    then two oriented points of a circle give centre and signed radius.
+    """
+    weight = _voices(samples.areas_mm2, samples.directions)
+    pairs = rng.choice(len(weight), size=(_PAIRS, 2), p=weight)
+    axes = np.cross(samples.normals[pairs[:, 0]], samples.normals[pairs[:, 1]])
+    size = np.linalg.norm(axes, axis=1)
+    firm = size > 0.02
+    found = [_circles(samples, pairs[firm], axes[firm] / size[firm, None])]
+    for direction in np.argsort(-np.bincount(samples.directions, samples.areas_mm2), kind="stable")[:_CAPS]:
+        axis = samples.normals[np.argmax(samples.directions == direction)]
+        lateral = np.flatnonzero(np.abs(samples.normals @ axis) < 0.1)
+        if len(lateral) >= 3:
+            pairs = rng.choice(lateral, size=(_ALONG_CAPS, 2))
+            found.append(_circles(samples, pairs, np.broadcast_to(axis, (_ALONG_CAPS, 3))))
+    return CylinderHypotheses(
+        points_mm=np.concatenate([f.points_mm for f in found]),
+        axes=np.concatenate([f.axes for f in found]),
+        radii_mm=np.concatenate([f.radii_mm for f in found]),
+        signs=np.concatenate([f.signs for f in found]),
+    )
+
+
+def _circles(samples: SurfaceSamples, pairs: IntArray, axes: FloatArray) -> CylinderHypotheses:
+    def flat(v: FloatArray) -> FloatArray:
+        return np.asarray(v - (v * axes).sum(axis=1, keepdims=True) * axes)
+
+    p, n = samples.points_mm[pairs], samples.normals[pairs]  # (h, 2, 3)
+    n1, n2 = flat(n[:, 0]), flat(n[:, 1])
+    turn = n1 - n2
+    square = (turn**2).sum(axis=1)
+    p1, p2 = flat(p[:, 0]), flat(p[:, 1])
+    radii = np.divide(((p1 - p2) * turn).sum(axis=1), square, out=np.zeros(len(square)), where=square > 1e-6)
+    size = samples.size_mm
+    good = (np.abs(radii) > 1e-6 * size) & (np.abs(radii) < _LARGEST_RADIUS * size)
+    centres = ((p1 - radii[:, None] * n1) + (p2 - radii[:, None] * n2)) / 2.0
+    return CylinderHypotheses(points_mm=centres[good], axes=axes[good], radii_mm=np.abs(radii[good]), signs=np.sign(radii[good]))
+
+
+def support_mm2(samples: SurfaceSamples, hypotheses: CylinderHypotheses) -> FloatArray:
+    """Area of the samples that follow each hypothesis, (h, s), fading with their distance (MSAC)."""
+    p, n = samples.points_mm, samples.normals
+    along = p @ hypotheses.axes.T  # (s, h)
+    towards = p @ hypotheses.points_mm.T
+    square = (p**2).sum(axis=1)[:, None] - 2.0 * towards + (hypotheses.points_mm**2).sum(axis=1) - along**2
+    distance = np.sqrt(np.maximum(square, 1e-300))  # (s, h) from the axis
+    tilt = n @ hypotheses.axes.T
+    outwards = ((n * p).sum(axis=1)[:, None] - n @ hypotheses.points_mm.T - tilt * along) / distance * hypotheses.signs
+    band = np.minimum(_BAND * samples.size_mm, _BAND_OF_RADIUS * hypotheses.radii_mm)
+    closeness = 1.0 - ((distance - hypotheses.radii_mm) / band) ** 2
+    follows = np.where((outwards > _NORMAL_COSINE) & (np.abs(tilt) < _TILT), np.maximum(closeness, 0.0), 0.0)  # (s, h)
+    return np.asarray((follows * samples.areas_mm2[:, None]).T)
