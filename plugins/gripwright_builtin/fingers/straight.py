@@ -1,0 +1,249 @@
+"""A straight finger: a rectangular stem with a flat gripping surface on a base that is bolted to the jaw."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import CENTRIC_3, INTERNAL, PARALLEL_2
+from gripwright.domain.gripper import FingerDesign, FingerSpec
+from gripwright.domain.shape import FloatArray
+from gripwright.geometry import brep
+from gripwright.plugin_api import Params, RunContext
+from gripwright_builtin.fingers.materials import BY_KEY, Material
+from gripwright_builtin.fingers.outline import clip, convex_hull, inset_mm, rectangle, sector, width_mm
+from gripwright_builtin.fingers.screws import BY_THREAD, ScrewHole
+from gripwright_builtin.fingers.stiffness import Bending, bend
+
+_TOLERANCE_MM = 1e-6
+
+
+class StraightFingerParams(Params):
+    """Measures and material of a straight finger."""
+
+    thickness: float = Field(8.0, gt=0, le=50, description="mm, of the stem, along the grip direction")
+    width: float = Field(10.0, gt=0, le=50, description="mm, of the stem, across the grip direction")
+    root_width: float = Field(16.0, gt=0, le=60, description="mm, of the base where the stem stands on it")
+    base_thickness: float = Field(10.0, ge=4, le=40, description="mm, least thickness of the base")
+    base_thickness_max: float = Field(24.0, ge=4, le=60, description="mm, a stiff arm may be as thick")
+    wall_min: float = Field(1.2, gt=0, le=10, description="mm, least wall anywhere")
+    base_gap: float = Field(0.25, ge=0, le=5, description="mm, from a base to the plane between two fingers, closed")
+    chamfer: float = Field(1.0, ge=0, le=3, description="mm, on the stem's outer edges; the gripping surface stays whole")
+    material: Literal["auto", "pa12", "aluminium", "steel"] = Field(
+        "auto", description="auto: the first of PA12, aluminium, steel that is stiff and strong enough"
+    )
+    deflection_max: float = Field(0.5, gt=0, le=10, description="mm, of the tip under the grip force")
+    strength_safety: float = Field(2.0, ge=1, le=10, description="yield strength over the largest bending stress, at least")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Plan:
+    """The finger seen along z: outline of the base, stem and holes."""
+
+    outline_mm: FloatArray  # (k, 2) convex, counter-clockwise
+    stem_x_mm: tuple[float, float]
+    holes_mm: FloatArray  # (2, 2)
+    screw: ScrewHole
+    trimmed: bool  # the envelope's cylinder cuts the outline
+    wall_mm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Build:
+    """What the finger is made of, and how stiff that is."""
+
+    material: Material
+    base_thickness_mm: float
+    bending: Bending
+
+
+class StraightFinger:
+    """Flat tip, stem and base in one piece, the same for every finger of the gripper.
+
+    The stem is exactly the box of the hand model (less its outer chamfers), so what was found free of collision stays so.
+    The base carries the jaw's bolt holes, its outline is the convex hull of jaw and stem, mitred so that no two bases meet
+    when the gripper is closed, trimmed to the palm envelope when it is open, and as thick as the arm's moment asks for.
+    """
+
+    key: ClassVar[str] = "straight"
+    params_model: ClassVar[type[StraightFingerParams]] = StraightFingerParams
+    gripper_types: ClassVar[frozenset[str]] = frozenset({PARALLEL_2, CENTRIC_3})
+
+    def __init__(self, params: StraightFingerParams) -> None:
+        self._params = params
+
+    def design(self, spec: FingerSpec, ctx: RunContext) -> FingerDesign | Rejection:
+        """The finger as one exact solid with its mesh, or why it cannot be made."""
+        plan = self._plan(spec)
+        if isinstance(plan, Rejection):
+            return plan
+        build = self._build(spec, plan)
+        if isinstance(build, Rejection):
+            return build
+        shape = self._shape(spec, plan, build.base_thickness_mm)
+        volume = brep.measure(shape).volume_mm3
+        mass = volume * 1e-9 * build.material.density_kg_m3
+        limit = spec.actuator.finger_mass_max_kg
+        if limit is not None and mass > limit:
+            return Rejection("finger-too-heavy", f"a finger of {build.material.name} has {mass:.3f} kg, at most {limit:.3f}")
+        return FingerDesign(
+            brep=brep.write_brep(shape),
+            mesh=brep.tessellate(shape),
+            material=build.material.name,
+            volume_mm3=volume,
+            mass_kg=mass,
+            properties=self._properties(spec, plan, build),
+        )
+
+    def _plan(self, spec: FingerSpec) -> _Plan | Rejection:
+        """Outline and holes, or what does not fit."""
+        p, jaw = self._params, spec.jaw
+        if jaw.bolt_thread_mm not in BY_THREAD:
+            return Rejection("unknown-screw", f"no hole is known for M{jaw.bolt_thread_mm:g}, only for {sorted(BY_THREAD)}")
+        screw = BY_THREAD[jaw.bolt_thread_mm]
+        stem_x = (-p.thickness, 0.0) if spec.grip == INTERNAL else (0.0, p.thickness)
+        stem = rectangle(*stem_x, p.width)
+        closed = sector(spec.fingers, spec.opening_min_mm, 0.0)
+        room = min(float(side.depth_mm(stem).min()) for side in closed)
+        if room < -_TOLERANCE_MM:
+            return Rejection(
+                "fingers-meet", f"at the opening {spec.opening_min_mm:.2f} mm neighbouring stems overlap by {-2.0 * room:.2f} mm"
+            )
+        jaw_x, y = -spec.jaw_offset_mm, jaw.bolt_pitch_mm / 2.0
+        rim = screw.head_bore_mm / 2.0 + p.wall_min
+        pad = rectangle(jaw_x, jaw_x + max(jaw.depth_mm, jaw.bolt_setback_mm + rim), max(jaw.width_mm, 2.0 * (y + rim)))
+        root = rectangle(*stem_x, max(p.root_width, p.width))
+        outline = convex_hull(np.concatenate([pad, root]))
+        for side in sector(spec.fingers, spec.opening_min_mm, min(p.base_gap, max(room, 0.0))):
+            outline = clip(outline, side)
+        holes = np.array([[jaw_x + jaw.bolt_setback_mm, -y], [jaw_x + jaw.bolt_setback_mm, y]])
+        return self._walled(spec, outline, stem_x, holes, screw)
+
+    def _walled(
+        self, spec: FingerSpec, outline: FloatArray, stem_x: tuple[float, float], holes: FloatArray, screw: ScrewHole
+    ) -> _Plan | Rejection:
+        """The plan, if every hole keeps its wall and the stem stands within the envelope."""
+        p = self._params
+        axis = np.array([-spec.opening_max_mm / 2.0, 0.0])
+        bore = screw.head_bore_mm / 2.0
+        outside = float(np.linalg.norm(rectangle(*stem_x, p.width) - axis, axis=1).max()) - spec.envelope_mm
+        to_envelope = spec.envelope_mm - float(np.linalg.norm(holes - axis, axis=1).max()) - bore
+        excess = max(outside, p.wall_min - to_envelope)
+        if excess > _TOLERANCE_MM:
+            return Rejection(
+                "base-outside-envelope",
+                f"at the opening {spec.opening_max_mm:.2f} mm the finger's base needs {spec.envelope_mm + excess:.2f} mm "
+                f"about the gripper's axis, {excess:.2f} mm more than the palm envelope of {spec.envelope_mm:.2f} mm",
+            )
+        wall = float(min(to_envelope, inset_mm(outline, holes) - bore if len(outline) else -np.inf))
+        if wall < p.wall_min - _TOLERANCE_MM:
+            return Rejection(
+                "no-room-for-bolts",
+                f"at the opening {spec.opening_min_mm:.2f} mm the bolt heads leave {wall:.2f} mm of wall between two bases, "
+                f"at least {p.wall_min:.2f}",
+            )
+        beside = float(holes[1, 1]) - bore - p.width / 2.0
+        if beside < 0.0 and stem_x[0] - bore < holes[0, 0] < stem_x[1] + bore:
+            return Rejection("bolt-under-stem", f"the stem covers the bolt heads by {-beside:.2f} mm")
+        reach = float(np.linalg.norm(outline - axis, axis=1).max())
+        return _Plan(
+            outline_mm=outline,
+            stem_x_mm=stem_x,
+            holes_mm=holes,
+            screw=screw,
+            trimmed=reach > spec.envelope_mm - _TOLERANCE_MM,
+            wall_mm=min(wall, p.thickness, p.width),
+        )
+
+    def _build(self, spec: FingerSpec, plan: _Plan) -> _Build | Rejection:
+        """The first material that is stiff and strong enough, with the thinnest base that makes it so."""
+        p = self._params
+        seat = max(plan.screw.head_depth_mm, spec.jaw.pin_length_mm) + max(p.wall_min, 3.0)
+        least = max(p.base_thickness, seat)
+        closest: _Build | None = None
+        for material in BY_KEY[p.material]:
+            for thickness in np.arange(least, max(p.base_thickness_max, least) + 0.5, 1.0):
+                build = _Build(
+                    material=material,
+                    base_thickness_mm=float(thickness),
+                    bending=self._bending(spec, plan, material, float(thickness)),
+                )
+                if (
+                    build.bending.deflection_mm <= p.deflection_max
+                    and build.bending.stress_MPa * p.strength_safety <= material.strength_MPa
+                ):
+                    return build
+                closest = build
+        assert closest is not None
+        return Rejection(
+            "finger-too-weak",
+            f"{spec.grip_force_N / spec.fingers:.1f} N bend a finger of {closest.material.name} by "
+            f"{closest.bending.deflection_mm:.2f} mm, at most {p.deflection_max:.2f}, and stress it with "
+            f"{closest.bending.stress_MPa:.0f} MPa, at most {closest.material.strength_MPa / p.strength_safety:.0f}",
+        )
+
+    def _bending(self, spec: FingerSpec, plan: _Plan, material: Material, thickness_mm: float) -> Bending:
+        p = self._params
+        bolts, stem = float(plan.holes_mm[0, 0]), sum(plan.stem_x_mm) / 2.0
+        stations = np.linspace(min(bolts, stem), max(bolts, stem), 33)
+        return bend(
+            spec.grip_force_N / spec.fingers,
+            material.modulus_MPa,
+            (spec.finger_length_mm, p.thickness, p.width),
+            stations,
+            width_mm(plan.outline_mm, stations),
+            thickness_mm,
+        )
+
+    def _shape(self, spec: FingerSpec, plan: _Plan, thickness_mm: float) -> brep.Shape:
+        """The exact solid in the finger frame."""
+        front = -spec.finger_length_mm
+        back = front - thickness_mm
+        base = brep.prism_z(plan.outline_mm, back, front)
+        if plan.trimmed:
+            base = brep.common(base, brep.cylinder_z(-spec.opening_max_mm / 2.0, 0.0, spec.envelope_mm, back - 1.0, front + 1.0))
+        screw = plan.screw
+        tools = []
+        for x, y in plan.holes_mm:
+            tools.append(brep.cylinder_z(x, y, screw.through_mm / 2.0, back - 1.0, front + 1.0))
+            tools.append(brep.cylinder_z(x, y, screw.head_bore_mm / 2.0, front - screw.head_depth_mm, front + 1.0))
+        if spec.jaw.pin_diameter_mm > 0:
+            pin_top = back + spec.jaw.pin_length_mm + 0.5
+            tools.append(brep.cylinder_z(plan.holes_mm[0, 0], 0.0, spec.jaw.pin_diameter_mm / 2.0, back - 1.0, pin_top))
+        return brep.single_solid(brep.fuse(brep.cut(base, tools), self._stem(spec, plan)))
+
+    def _stem(self, spec: FingerSpec, plan: _Plan) -> brep.Shape:
+        """The stem, rooted 1 mm deep in the base; its outer edges are chamfered, those of the gripping surface are not."""
+        p = self._params
+        y, c = p.width / 2.0, min(p.chamfer, p.thickness / 3.0, p.width / 3.0, spec.finger_length_mm / 3.0)
+        outer, inner = (p.thickness, 0.0) if spec.grip != INTERNAL else (-p.thickness, 0.0)
+        toward = np.sign(inner - outer) * c
+        corners = [[inner, -y], [outer + toward, -y], [outer, c - y], [outer, y - c], [outer + toward, y], [inner, y]]
+        profile = convex_hull(np.array(corners))
+        stem = brep.prism_z(profile, -spec.finger_length_mm - 1.0, 0.0)
+        if c == 0.0:
+            return stem
+        return brep.chamfer(stem, c, np.array([outer, -y, 0.0]), np.array([outer, y, 0.0]))
+
+    def _properties(self, spec: FingerSpec, plan: _Plan, build: _Build) -> dict[str, float]:
+        """Figures for the bill of materials and the drawing, mm, N and MPa."""
+        p = self._params
+        return {
+            "deflection_mm": build.bending.deflection_mm,
+            "deflection_max_mm": p.deflection_max,
+            "stress_MPa": build.bending.stress_MPa,
+            "strength_MPa": build.material.strength_MPa,
+            "finger_force_N": spec.grip_force_N / spec.fingers,
+            "wall_min_mm": plan.wall_mm,
+            "finger_length_mm": spec.finger_length_mm,
+            "stem_thickness_mm": p.thickness,
+            "stem_width_mm": p.width,
+            "base_thickness_mm": build.base_thickness_mm,
+            "bolt_thread_mm": spec.jaw.bolt_thread_mm,
+            "bolt_hole_mm": plan.screw.through_mm,
+            "bolt_x_mm": float(plan.holes_mm[0, 0]),
+            "bolt_pitch_mm": spec.jaw.bolt_pitch_mm,
+            "pin_hole_mm": spec.jaw.pin_diameter_mm,
+        }

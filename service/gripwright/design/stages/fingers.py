@@ -1,0 +1,105 @@
+"""Stage "fingers": the CAD of one gripper, its fingers on the actuator's jaws and the body behind them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gripwright.design.gripper_assembly import BodyMeasures, body_shape, jaws_to_try, reach_mm
+from gripwright.domain.errors import Rejection
+from gripwright.domain.gripper import FingerDesign, FingerSpec, Gripper, JawInterface
+from gripwright.domain.shape import Mesh
+from gripwright.geometry import brep
+from gripwright.plugin_api import FingerDesigner, HandModel, RunContext
+
+_TOLERANCE_MM = 0.02  # of a tessellated surface
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GripperCad:
+    """One finger (frame F), the same at every place, and the body with its jaws (frame G)."""
+
+    spec: FingerSpec
+    finger: FingerDesign
+    body_brep: bytes
+    body: Mesh
+    measures: BodyMeasures
+
+
+def design_gripper_cad(
+    gripper: Gripper,
+    designer: FingerDesigner,
+    hand: HandModel,
+    contact_radii_mm: Sequence[float],
+    body_diameter_mm: float,
+    body_length_mm: float,
+    safety_factor: float,
+    ctx: RunContext,
+) -> GripperCad | Rejection:
+    """Fingers and body of a gripper, inside the hand and the palm envelope that the constraints assumed, or why not."""
+    rejections: list[Rejection] = []
+    for jaw in jaws_to_try(gripper):
+        spec = finger_spec(gripper, contact_radii_mm, safety_factor, jaw)
+        finger = designer.design(spec, ctx)
+        if not isinstance(finger, Rejection):
+            return _with_body(spec, finger, gripper, hand, body_diameter_mm, body_length_mm)
+        rejections.append(finger)
+    return rejections[0]
+
+
+def _with_body(
+    spec: FingerSpec, finger: FingerDesign, gripper: Gripper, hand: HandModel, body_diameter_mm: float, body_length_mm: float
+) -> GripperCad | Rejection:
+    outside = _outside_hand(spec, finger.mesh, hand)
+    if outside is not None:
+        return outside
+    measures = BodyMeasures(
+        front_mm=float(finger.mesh.vertices_mm[:, 2].min()), diameter_mm=body_diameter_mm, length_mm=body_length_mm
+    )
+    shape = body_shape(gripper, hand, measures, spec.jaw)
+    body = brep.tessellate(shape)
+    if (reach := reach_mm(body)) > gripper.envelope_mm + _TOLERANCE_MM:
+        return Rejection(
+            "body-outside-envelope",
+            f"the body of {gripper.actuator.name} reaches {reach:.2f} mm from the axis, "
+            f"more than the palm envelope of {gripper.envelope_mm:.2f} mm",
+        )
+    return GripperCad(spec=spec, finger=finger, body_brep=brep.write_brep(shape), body=body, measures=measures)
+
+
+def finger_spec(gripper: Gripper, contact_radii_mm: Sequence[float], safety_factor: float, jaw: JawInterface) -> FingerSpec:
+    """What the gripper asks of its finger; the force is the actuator's, or, where unknown, what its handles need."""
+    needed = max((handle.hold.required_force_N for handle in gripper.handles), default=0.0) * safety_factor
+    force = gripper.actuator.grip_force_N
+    return FingerSpec(
+        gripper_type=gripper.gripper_type,
+        grip=gripper.grip,
+        finger_length_mm=gripper.finger_length_mm,
+        jaw_offset_mm=gripper.jaw_offset_mm,
+        opening_min_mm=gripper.opening_min_mm,
+        opening_max_mm=gripper.opening_max_mm,
+        stroke_mm=gripper.actuator.stroke_mm,
+        fingers=gripper.fingers,
+        envelope_mm=gripper.envelope_mm,
+        actuator=gripper.actuator,
+        contact_radii_mm=tuple(contact_radii_mm),
+        grip_force_N=needed if force is None else force,
+        jaw=jaw,
+    )
+
+
+def _outside_hand(spec: FingerSpec, finger: Mesh, hand: HandModel) -> Rejection | None:
+    """Whether the finger leaves the room for which its grasps were found free of collision: the hand's stem, the palm."""
+    vertices = finger.vertices_mm
+    stem = vertices[vertices[:, 2] > -spec.finger_length_mm + _TOLERANCE_MM]
+    room = np.concatenate([solid.vertices_mm for solid in hand.finger(spec.finger_length_mm, spec.grip)])
+    excess = max(float((room.min(axis=0) - stem.min(axis=0)).max()), float((stem.max(axis=0) - room.max(axis=0)).max()))
+    if excess > _TOLERANCE_MM:
+        return Rejection("finger-outside-hand", f"the stem reaches {excess:.2f} mm out of the hand model's finger")
+    reach = reach_mm(finger, -spec.opening_max_mm / 2.0)
+    if reach > spec.envelope_mm + _TOLERANCE_MM:
+        return Rejection(
+            "base-outside-envelope",
+            f"the finger reaches {reach:.2f} mm from the axis, more than the palm envelope of {spec.envelope_mm:.2f} mm",
+        )
+    return None

@@ -1,0 +1,234 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, INTERNAL, PARALLEL_2
+from gripwright.domain.gripper import Actuator, FingerDesign, FingerSpec, JawInterface
+from gripwright.geometry import brep
+from gripwright.geometry.measures import face_areas_mm2, face_normals, volume_mm3
+from gripwright.plugin_api import RunContext
+from gripwright_builtin.fingers.outline import clip, convex_hull, inset_mm, rectangle, sector, width_mm
+from gripwright_builtin.fingers.stiffness import bend
+from gripwright_builtin.fingers.straight import StraightFinger, StraightFingerParams
+
+
+def make_spec(fingers: int = 3, *, opening_mm: float = 60.5, length_mm: float = 30.0, **changes) -> FingerSpec:
+    """A spec whose envelope just holds stem, bolts and jaw."""
+    gripper_type = {2: PARALLEL_2, 3: CENTRIC_3}[fingers]
+    offset = changes.pop("jaw_offset_mm", 9.25)
+    jaw = changes.get("jaw", JawInterface())
+    reference = opening_mm / 2.0 - offset
+    spec = FingerSpec(
+        gripper_type=gripper_type,
+        grip=EXTERNAL,
+        finger_length_mm=length_mm,
+        jaw_offset_mm=offset,
+        opening_min_mm=opening_mm - 8.0,
+        opening_max_mm=opening_mm,
+        stroke_mm=8.0,
+        fingers=fingers,
+        envelope_mm=float(max(np.hypot(opening_mm / 2 + 8, 5), np.hypot(reference + jaw.depth_mm, jaw.width_mm / 2))),
+        actuator=Actuator(maker="Maker", model="M1", gripper_type=gripper_type, stroke_mm=8.0),
+        contact_radii_mm=(),
+        grip_force_N=60.0,
+    )
+    return replace(spec, **changes)
+
+
+def design(spec: FingerSpec, **params) -> FingerDesign | Rejection:
+    return StraightFinger(StraightFingerParams(**params)).design(spec, RunContext())
+
+
+def designed(spec: FingerSpec, **params) -> FingerDesign:
+    finger = design(spec, **params)
+    assert isinstance(finger, FingerDesign), finger
+    return finger
+
+
+def specs() -> st.SearchStrategy[FingerSpec]:
+    """Both types and grips, W 5..200, L 5..120, jaws from 5 mm to 60 mm inside or 20 mm outside of the gripping surface."""
+
+    def build(fingers: int, opening: float, length: float, stroke: float, offset: float, grip: str) -> FingerSpec:
+        floor = {2: 0.0, 3: 10.0 / np.sqrt(3.0)}[fingers] + (16.0 if grip == INTERNAL else 0.0)
+        opening = max(opening, floor)
+        low = max(opening - stroke, floor)
+        offset = min(offset, low / 2.0 - 5.0)
+        spec = make_spec(fingers, opening_mm=opening, length_mm=length, jaw_offset_mm=offset)
+        return replace(spec, grip=grip, opening_min_mm=low, stroke_mm=stroke, grip_force_N=5.0)
+
+    return st.builds(
+        build,
+        st.sampled_from([2, 3]),
+        st.floats(5, 200),
+        st.floats(5, 120),
+        st.floats(2, 50),
+        st.floats(-20, 60),
+        st.sampled_from([EXTERNAL, INTERNAL]),
+    )
+
+
+@settings(max_examples=25, deadline=None)
+@given(specs())
+def test_every_possible_finger_is_one_valid_solid_whose_mesh_has_its_volume(spec: FingerSpec) -> None:
+    finger = designed(spec)
+
+    solid = brep.single_solid(brep.read_brep(finger.brep))
+    assert brep.measure(solid).volume_mm3 == pytest.approx(finger.volume_mm3, rel=1e-9)
+    assert volume_mm3(finger.mesh) == pytest.approx(finger.volume_mm3, rel=5e-3)
+
+
+@settings(max_examples=25, deadline=None)
+@given(specs())
+def test_the_stem_is_the_hand_models_box_and_the_base_stays_in_its_room(spec: FingerSpec) -> None:
+    finger = designed(spec)
+    vertices, solid = finger.mesh.vertices_mm, brep.bounds_mm(brep.read_brep(finger.brep))
+
+    stem = vertices[vertices[:, 2] > -spec.finger_length_mm + 1e-6]
+    x_range = [0.0, 8.0] if spec.grip == EXTERNAL else [-8.0, 0.0]
+    assert [stem[:, 0].min(), stem[:, 0].max()] == pytest.approx(x_range, abs=1e-6)
+    assert [stem[:, 1].min(), stem[:, 1].max()] == pytest.approx([-5.0, 5.0], abs=1e-6)
+    assert solid[1, 2] == pytest.approx(0.0, abs=1e-6)
+    assert np.hypot(vertices[:, 0] + spec.opening_max_mm / 2.0, vertices[:, 1]).max() <= spec.envelope_mm + 1e-6
+    for side in sector(spec.fingers, spec.opening_min_mm, 0.0):
+        assert side.depth_mm(vertices[:, :2]).min() >= -1e-6
+
+
+@pytest.mark.parametrize(("grip", "facing"), [(EXTERNAL, -1.0), (INTERNAL, 1.0)])
+@pytest.mark.parametrize("fingers", [2, 3])
+def test_the_gripping_surface_is_whole_at_x_zero_and_faces_the_component(fingers: int, grip: str, facing: float) -> None:
+    mesh = designed(make_spec(fingers, grip=grip)).mesh
+
+    on_plane = (np.abs(mesh.triangles_mm[:, :, 0]).max(axis=1) < 1e-9) & (mesh.triangles_mm[:, :, 2].min(axis=1) > -30.001)
+    assert face_areas_mm2(mesh)[on_plane].sum() == pytest.approx(10.0 * 30.0, rel=1e-6)
+    assert np.allclose(face_normals(mesh)[on_plane], [facing, 0.0, 0.0])
+
+
+def holes(finger: FingerDesign, z_mm: float) -> dict[float, float]:
+    """y → radius of the rings of vertices about the line of the bolts at this height: what a gauge would measure."""
+    vertices = finger.mesh.vertices_mm
+    level = vertices[np.abs(vertices[:, 2] - z_mm) < 1e-6]
+    found = {}
+    for y in (-9.0, 0.0, 9.0):
+        distances = np.round(np.hypot(level[:, 0] - finger.properties["bolt_x_mm"], level[:, 1] - y), 6)
+        radii, counts = np.unique(distances, return_counts=True)
+        if counts.max() >= 12:
+            found[y] = float(radii[counts.argmax()])
+    return found
+
+
+@pytest.mark.parametrize("offset_mm", [-20.0, 0.0, 9.25, 22.0])
+def test_the_base_has_holes_where_the_jaw_has_its_threads_and_its_pin(offset_mm: float) -> None:
+    finger = designed(make_spec(jaw_offset_mm=offset_mm))
+
+    back = -30.0 - finger.properties["base_thickness_mm"]
+    assert finger.properties["bolt_x_mm"] == pytest.approx(7.0 - offset_mm)
+    assert holes(finger, back) == {-9.0: 2.25, 0.0: 1.5, 9.0: 2.25}
+    assert holes(finger, -30.0) == {-9.0: 3.75, 9.0: 3.75}
+
+
+def test_screw_heads_sink_below_the_palms_plane() -> None:
+    finger = designed(make_spec())
+
+    depths = np.unique(np.round(finger.mesh.vertices_mm[:, 2], 6))
+    assert any(depth == pytest.approx(-34.5) for depth in depths)
+
+
+def test_a_jaw_far_inside_gives_a_base_as_thick_as_its_moment_needs() -> None:
+    near = designed(make_spec(jaw_offset_mm=9.25), material="pa12")
+    far = designed(make_spec(opening_mm=124.9, jaw_offset_mm=41.45), material="pa12")
+
+    assert far.properties["base_thickness_mm"] > near.properties["base_thickness_mm"]
+    assert max(far.properties["deflection_mm"], near.properties["deflection_mm"]) <= 0.5
+
+
+def test_the_material_is_the_first_that_is_stiff_enough() -> None:
+    assert designed(make_spec(length_mm=20.0)).material.startswith("PA12")
+    assert designed(make_spec(length_mm=60.0)).material.startswith("aluminium")
+    assert designed(make_spec(length_mm=120.0, grip_force_N=120.0)).material.startswith("steel")
+
+
+def test_mass_is_volume_times_density() -> None:
+    finger = designed(make_spec(), material="aluminium")
+
+    assert finger.mass_kg == pytest.approx(finger.volume_mm3 * 2700e-9)
+
+
+@pytest.mark.parametrize(
+    ("spec", "code"),
+    [
+        (make_spec(2, grip_force_N=5000.0), "finger-too-weak"),
+        (make_spec(envelope_mm=30.0), "base-outside-envelope"),
+        (make_spec(opening_mm=9.0, opening_min_mm=2.0, jaw_offset_mm=-12.0), "fingers-meet"),
+        (make_spec(opening_mm=20.0, jaw_offset_mm=5.0), "no-room-for-bolts"),
+        (make_spec(jaw=JawInterface(bolt_pitch_mm=16.0, bolt_setback_mm=11.0)), "bolt-under-stem"),
+        (make_spec(jaw=JawInterface(bolt_thread_mm=7.0)), "unknown-screw"),
+    ],
+)
+def test_what_cannot_be_made_is_rejected_with_its_reason(spec: FingerSpec, code: str) -> None:
+    answer = design(spec)
+
+    assert isinstance(answer, Rejection)
+    assert answer.code == code
+
+
+def test_the_rejection_says_by_how_much_the_base_is_too_large() -> None:
+    need = float(np.hypot(60.5 / 2 + 8, 5))
+
+    answer = design(make_spec(envelope_mm=need - 2.5))
+
+    assert isinstance(answer, Rejection)
+    assert "2.50 mm more" in answer.detail
+
+
+def test_a_finger_heavier_than_the_actuator_allows_is_rejected() -> None:
+    spec = make_spec()
+
+    answer = design(replace(spec, actuator=replace(spec.actuator, finger_mass_max_kg=0.001)))
+
+    assert isinstance(answer, Rejection)
+    assert answer.code == "finger-too-heavy"
+
+
+def test_the_same_spec_gives_the_same_finger_byte_for_byte() -> None:
+    first, second = designed(make_spec()), designed(make_spec())
+
+    assert first.brep == second.brep
+    assert np.array_equal(first.mesh.vertices_mm, second.mesh.vertices_mm)
+    assert np.array_equal(first.mesh.faces, second.mesh.faces)
+
+
+def test_a_stem_on_a_rigid_base_bends_as_a_cantilever() -> None:
+    bending = bend(20.0, 1650.0, (30.0, 8.0, 10.0), np.array([0.0, 0.0]), np.array([20.0, 20.0]), 10.0)
+
+    assert bending.deflection_mm == pytest.approx(20.0 * 30.0**3 / (3.0 * 1650.0 * 10.0 * 8.0**3 / 12.0))
+    assert bending.stress_MPa == pytest.approx(20.0 * 30.0 * 6.0 / (10.0 * 8.0**2))
+
+
+def test_an_arm_of_constant_width_adds_its_turn_times_the_lever() -> None:
+    stem = bend(20.0, 1650.0, (30.0, 8.0, 10.0), np.array([0.0, 0.0]), np.array([20.0, 20.0]), 10.0)
+    arm = bend(20.0, 1650.0, (30.0, 8.0, 10.0), np.linspace(0.0, 40.0, 9), np.full(9, 20.0), 10.0)
+
+    turn = 20.0 * 35.0 * 40.0 / (1650.0 * 20.0 * 10.0**3 / 12.0)
+    assert arm.deflection_mm - stem.deflection_mm == pytest.approx(turn * 35.0)
+
+
+def test_clipping_keeps_exactly_the_points_inside() -> None:
+    square = rectangle(-10.0, 10.0, 20.0)
+    side = sector(3, 10.0, 0.5)[0]
+
+    kept = clip(square, side)
+
+    assert side.depth_mm(kept).min() == pytest.approx(0.0, abs=1e-9)
+    assert inset_mm(square, kept) >= -1e-9
+    assert len(clip(square, replace(side, distance_mm=100.0))) == 0
+
+
+def test_an_outline_is_as_wide_as_its_corners_say() -> None:
+    outline = convex_hull(np.concatenate([rectangle(-20.0, -10.0, 28.0), rectangle(0.0, 8.0, 16.0)]))
+
+    assert width_mm(outline, np.array([-15.0, -10.0, 8.0])) == pytest.approx([28.0, 28.0, 16.0])
+    assert np.all(np.diff(width_mm(outline, np.linspace(-10.0, 8.0, 20))) <= 0.0)
