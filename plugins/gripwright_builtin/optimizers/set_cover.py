@@ -1,0 +1,108 @@
+"""The smallest gripper set as a covering problem, solved exactly (paper, section 5.4)."""
+
+import math
+import time
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from gripwright.domain.gripper_set import ChosenGripper, GripperSet, GripperSetProblem
+from gripwright.domain.shape import IntArray
+from gripwright.plugin_api import Params, RunContext
+from gripwright_builtin.optimizers.candidates import Candidates, Demands, candidates_of, demands_of
+from gripwright_builtin.optimizers.objectives import PROVEN, LexicographicCover
+from gripwright_builtin.optimizers.program import Solver
+from gripwright_builtin.optimizers.reduction import reduce_cover
+
+COUNT = "grippers"
+
+
+class SetCoverParams(Params):
+    """Parameters of the set-cover optimiser."""
+
+    objectives: Literal["interface", "design"] = Field(
+        "interface",
+        description="after the fewest grippers: 'interface' the shortest fingers; 'design' the least cost, then the fewest "
+        "tool changes along the sequence, then the shortest fingers",
+    )
+    solver: Solver = Field("cbc", description="'cbc' (PuLP) or 'highs' (SciPy)")
+    time_limit: float = Field(60.0, gt=0, le=3600, description="s, for all objectives together")
+
+
+class SetCoverOptimizer:
+    """Fewest grippers by integer programming over candidates at the critical values, which lose nothing.
+
+    Owned grippers count nothing; of the sets with the fewest new ones those that use the fewest owned ones are preferred.
+    """
+
+    key: ClassVar[str] = "set_cover"
+    params_model: ClassVar[type[SetCoverParams]] = SetCoverParams
+
+    def __init__(self, params: SetCoverParams) -> None:
+        self._params = params
+
+    def solve(self, problem: GripperSetProblem, ctx: RunContext) -> GripperSet:
+        """The smallest set, with its lower bound; `proven` only where the solver says so."""
+        deadline_s = time.monotonic() + self._params.time_limit
+        demands = demands_of(problem)
+        widest = candidates_of(problem, demands, widest_only=True)
+        coverable = np.flatnonzero(widest.covers.sum(axis=0) > 0)
+        uncoverable = tuple(c.id for i, c in enumerate(problem.components) if i not in set(coverable.tolist()))
+        if not len(coverable):
+            return GripperSet(grippers=(), lower_bound=0, proven=True, candidates=0, uncoverable=uncoverable)
+        ctx.progress(0.1, "fewest grippers")
+        count, lower_bound, detail = self._fewest(widest, coverable, deadline_s)
+        ctx.progress(0.5, "best of the smallest sets")
+        candidates = candidates_of(problem, demands)
+        cover = LexicographicCover(candidates.covers[:, coverable], self._params.solver, deadline_s)
+        cover.limit(candidates.new, count)
+        self._prefer(cover, candidates)
+        return GripperSet(
+            grippers=_grippers(problem, candidates, demands, np.flatnonzero(cover.chosen)),
+            lower_bound=lower_bound,
+            proven=detail == PROVEN,
+            candidates=len(candidates.new),
+            uncoverable=uncoverable,
+            detail={COUNT: detail, **cover.detail},
+        )
+
+    def _fewest(self, widest: Candidates, coverable: IntArray, deadline_s: float) -> tuple[int, int, str]:
+        """Number of new grippers, its lower bound, and whether it is proven."""
+        columns, rows = reduce_cover(widest.covers[:, coverable], widest.new)
+        cover = LexicographicCover(widest.covers[columns][:, coverable[rows]], self._params.solver, deadline_s)
+        figures = widest.new[columns]
+        count = cover.least_sum(COUNT, figures)
+        if count is None:
+            raise RuntimeError("the solver found no cover in the time, though one exists")
+        proven = cover.detail[COUNT] == PROVEN
+        lower_bound = round(count) if proven else math.ceil(cover.bound(figures) - 1e-6)
+        return round(count), lower_bound, cover.detail[COUNT]
+
+    def _prefer(self, cover: LexicographicCover, candidates: Candidates) -> None:
+        if not candidates.new.all():
+            cover.least_sum("owned grippers", 1.0 - candidates.new)
+        if self._params.objectives == "design":
+            cover.least_sum("cost", candidates.cost)
+            cover.fewest_changes("tool changes")
+        if candidates.off_step.any():
+            cover.least_sum("finger lengths off the step", candidates.off_step)
+        cover.least_maximum("longest finger", candidates.length_mm)
+        cover.least_sum("finger lengths", candidates.length_mm)
+        cover.most_held("alternatives held", candidates.holds)
+        cover.least_sum("opening ranges", candidates.reach_mm)
+
+
+def _grippers(problem: GripperSetProblem, candidates: Candidates, demands: Demands, which: IntArray) -> tuple[ChosenGripper, ...]:
+    grippers = []
+    for i in which.tolist():
+        holds: dict[str, tuple[int, ...]] = {}
+        for a in np.sort(candidates.holds[[i]].indices).tolist():
+            component = problem.components[demands.component[a]].id
+            holds[component] = (*holds.get(component, ()), int(demands.alternative[a]))
+        grippers.append(ChosenGripper(parameters=candidates.parameters[i], holds=holds, owned=not candidates.new[i]))
+    return tuple(sorted(grippers, key=_order))
+
+
+def _order(gripper: ChosenGripper) -> tuple[str, float, float]:
+    return gripper.parameters.gripper_type, gripper.parameters.opening_max_mm, gripper.parameters.finger_length_mm
