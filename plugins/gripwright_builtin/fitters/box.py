@@ -15,6 +15,8 @@ from gripwright.geometry.measures import face_areas_mm2, face_normals
 from gripwright.plugin_api import Params, RunContext
 
 _DIRECTIONS = 12  # face directions tried as a box axis, the largest by area
+_EDGES = 3  # of the outline across it, the longest that give the smallest rectangle
+_BOXES = 6  # smallest boxes whose faces are looked at
 
 
 class BoxParams(Params):
@@ -48,24 +50,26 @@ class BoxFitter:
         corners = points[hull.vertices]
         rotations = list(_orientations(corners, hull.equations[:, :3], part))
         volumes = np.array([np.prod(np.ptp(corners @ R, axis=0)) for R in rotations])
-        good = [R for R, v in zip(rotations, volumes, strict=True) if v <= volumes.min() * (1.0 + self._params.volume_slack)]
-        boxes = [self._box(corners, part, R) for R in good]
+        order = np.argsort(volumes, kind="stable")
+        good = [k for k in order[:_BOXES] if volumes[k] <= volumes.min() * (1.0 + self._params.volume_slack)]
+        triangles, normals, areas = part.triangles_mm, face_normals(part), face_areas_mm2(part)
+        boxes = [self._box(corners, triangles, normals, areas, rotations[k]) for k in good]
         return max(boxes, key=lambda box: (round(float(box.filled.sum()), 6), -box.volume_mm3))
 
-    def _box(self, corners: FloatArray, part: Mesh, R: FloatArray) -> Box:
+    def _box(self, corners: FloatArray, triangles_mm: FloatArray, normals_C: FloatArray, areas: FloatArray, R: FloatArray) -> Box:
         local = corners @ R
         low, high = local.min(axis=0), local.max(axis=0)
         extents = high - low
-        normals, areas = face_normals(part) @ R, face_areas_mm2(part)
-        triangles = part.triangles_mm @ R  # (k, 3, 3)
+        normals = normals_C @ R
         depth_max = self._params.face_depth * float(np.linalg.norm(extents))
         filled, squares, weight = np.zeros(6), 0.0, 0.0
         for side in range(6):
             k, sign = side // 2, 1.0 if side % 2 else -1.0
-            depth = np.abs(triangles[:, :, k] - (high[k] if sign > 0 else low[k])).max(axis=1)
-            on = (depth <= depth_max) & (normals[:, k] * sign >= np.cos(np.radians(self._params.face_angle)))
+            facing = np.flatnonzero(normals[:, k] * sign >= np.cos(np.radians(self._params.face_angle)))
+            depth = np.abs(triangles_mm[facing] @ R[:, k] - (high[k] if sign > 0 else low[k])).max(axis=1)
+            on, depth = facing[depth <= depth_max], depth[depth <= depth_max]
             filled[side] = min(float(areas[on] @ np.abs(normals[on, k])) * extents[k] / float(np.prod(extents)), 1.0)
-            squares += float(areas[on] @ depth[on] ** 2)
+            squares += float(areas[on] @ depth**2)
             weight += float(areas[on].sum())
         return Box(
             X_CB=pose(R[:, 0], R[:, 1], R[:, 2], R @ ((low + high) / 2.0)),
@@ -90,7 +94,8 @@ def _orientations(corners: FloatArray, hull_normals: FloatArray, part: Mesh) -> 
         edges /= np.linalg.norm(edges, axis=1, keepdims=True)
         along, across = outline @ edges.T, outline @ np.stack([-edges[:, 1], edges[:, 0]])  # (o, e) each
         areas = np.ptp(along, axis=0) * np.ptp(across, axis=0)
-        for k in np.flatnonzero(areas <= areas.min() * 1.03)[:8]:
+        lengths = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
+        for k in np.lexsort([-lengths, np.rint(areas / areas.min() * 100.0)])[:_EDGES]:
             first = edges[k, 0] * x + edges[k, 1] * y
             yield np.stack([first, np.cross(z, first), z], axis=1)
 

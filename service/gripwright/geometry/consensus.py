@@ -22,6 +22,7 @@ _LARGEST_RADIUS = 30.0  # of the samples' size
 class SurfaceSamples:
     """Points with outward unit normals and the area each stands for."""
 
+    faces: IntArray  # (s,) where each comes from
     points_mm: FloatArray  # (s, 3)
     normals: FloatArray  # (s, 3)
     areas_mm2: FloatArray  # (s,)
@@ -64,7 +65,9 @@ def sample_surface(
         weight = _voices(areas, directions)
         drawn = rng.choice(len(usable), count, p=weight)
         usable, directions, areas = usable[drawn], directions[drawn], areas[drawn] / (weight[drawn] * count)
-    return SurfaceSamples(points_mm=points_mm[usable], normals=normals[usable], areas_mm2=areas, directions=directions)
+    return SurfaceSamples(
+        faces=usable, points_mm=points_mm[usable], normals=normals[usable], areas_mm2=areas, directions=directions
+    )
 
 
 def _directions(normals: FloatArray) -> IntArray:

@@ -1,0 +1,225 @@
+"""The cylinders that a segment's surface follows: consensus proposes, least squares on the true corners decides."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
+from gripwright.geometry.consensus import SurfaceSamples, propose_cylinders, sample_surface, smoothed, support_mm2
+from gripwright.geometry.measures import face_areas_mm2, face_normals
+from gripwright.geometry.surfaces import CylinderFit, corner_vertices, cylinder_from_curvature, fit_cylinder
+from gripwright_builtin.fitters.lateral import FACET_MAX_RAD, FaceSet, Lateral, angles_about, facet_width_rad, lateral_surface
+
+_SAMPLES = 700
+_POINTS = 20000
+_TRIES = 3  # cylinders looked for, of each sign
+_POLISHED = 2  # of each sign
+_ROUNDS = 4
+_CHORD = 1.0 - float(np.cos(FACET_MAX_RAD / 2.0))  # of the radius: how deep the widest facet lies
+_FAR = 0.02  # of the segment's size: surface farther from a cylinder does not speak for it
+_FAR_OF_RADIUS = 0.1
+_EXACT = 1e-6  # of the segment's size: rounding of CAD files
+_CLEAN = 1e-3  # of the radius: deviation below which the surface carries no noise
+_TILT_MAX = 0.7  # of a face's normal along the axis, noise included
+_TILT_EXACT = 0.02
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FoundCylinder:
+    """A cylinder, whether the surface faces away from its axis (+1) or towards it (−1), and the surface that follows it."""
+
+    fit: CylinderFit
+    sign: float
+    lateral: Lateral
+    score: float  # area of the surface times the digits of its closeness
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Surface:
+    """Some faces of a mesh; `size_mm` is the extent of the segment that they are drawn from."""
+
+    mesh: Mesh
+    ids: IntArray  # (k,)
+    faces: FaceSet
+    size_mm: float
+    corners: BoolArray | None  # (n,) true corners among the mesh's vertices, None: not known yet
+
+    def points(self, which: BoolArray) -> tuple[FloatArray, FloatArray]:
+        """True corners of some faces (p, 3), at most some thousand, each with its share of the faces' area (p,)."""
+        ids, areas = self.ids[which], self.faces.areas_mm2[which]
+        weights = np.bincount(self.mesh.faces[ids].ravel(), np.repeat(areas / 3.0, 3), len(self.mesh.vertices_mm))
+        vertices = np.flatnonzero(weights)
+        vertices = vertices[:: len(vertices) // _POINTS + 1]
+        vertices = corner_vertices(self.mesh, vertices) if self.corners is None else vertices[self.corners[vertices]]
+        return self.mesh.vertices_mm[vertices], np.asarray(weights[vertices], dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Fitted:
+    fit: CylinderFit
+    sign: float
+    facet_rad: float
+    score: float
+
+
+def find_cylinders(mesh: Mesh, ids: IntArray, rng: np.random.Generator) -> list[FoundCylinder]:
+    """The cylinders that faces `ids` follow, both signs; the best first, the score being the judge."""
+    whole = _surface(mesh, ids)
+    origin = whole.faces.centres_mm.mean(axis=0)
+    samples = sample_surface(whole.faces.centres_mm - origin, whole.faces.normals, whole.faces.areas_mm2, _SAMPLES, rng)
+    if len(samples.areas_mm2) < 3:
+        return []
+    drawn = _drawn(whole, np.unique(samples.faces))
+    fitted = list(_fitted(drawn, samples, origin, rng))
+    if not any(f.fit.rms_mm < _CLEAN * f.fit.radius_mm for f in fitted):
+        fitted += list(_fitted(drawn, smoothed(samples), origin, rng))
+        fitted += list(_bent(drawn))
+    found: list[FoundCylinder] = []
+    for sign in (1.0, -1.0):
+        of_sign = sorted((f for f in fitted if f.sign == sign), key=lambda f: -f.score)
+        polished = (_polished(whole, f) for f in _distinct(of_sign)[:_POLISHED])
+        found += [p for p in polished if p is not None]
+    return sorted(found, key=lambda f: -f.score)
+
+
+def _surface(mesh: Mesh, ids: IntArray) -> _Surface:
+    part = Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces[ids])
+    triangles = part.triangles_mm
+    faces = FaceSet(
+        triangles_mm=triangles, centres_mm=triangles.mean(axis=1), normals=face_normals(part), areas_mm2=face_areas_mm2(part)
+    )
+    return _Surface(mesh=mesh, ids=ids, faces=faces, size_mm=float(np.ptp(triangles.reshape(-1, 3), axis=0).max()), corners=None)
+
+
+def _drawn(whole: _Surface, which: IntArray) -> _Surface:
+    """Some faces of a surface, their true corners worked out once."""
+    faces = whole.faces
+    ids = whole.ids[which]
+    corners = np.zeros(len(whole.mesh.vertices_mm), dtype=bool)
+    corners[corner_vertices(whole.mesh, np.unique(whole.mesh.faces[ids]))] = True
+    part = FaceSet(
+        triangles_mm=faces.triangles_mm[which],
+        centres_mm=faces.centres_mm[which],
+        normals=faces.normals[which],
+        areas_mm2=faces.areas_mm2[which],
+    )
+    return _Surface(mesh=whole.mesh, ids=ids, faces=part, size_mm=whole.size_mm, corners=corners)
+
+
+def _fitted(surface: _Surface, samples: SurfaceSamples, origin: FloatArray, rng: np.random.Generator) -> Iterator[_Fitted]:
+    """Cylinders of both signs, each the best explanation of what the earlier ones of its sign left over."""
+    proposals = propose_cylinders(samples, rng)
+    supports = support_mm2(samples, proposals)  # (h, s)
+    for sign in (1.0, -1.0):
+        remaining = supports[proposals.signs == sign]
+        of_sign = proposals.select(proposals.signs == sign)
+        for _ in range(_TRIES):
+            total = remaining.sum(axis=1)
+            if not len(total) or total.max() <= 0.01 * samples.areas_mm2.sum():
+                break
+            chosen = int(np.argmax(total))
+            start = _start(of_sign.points_mm[chosen] + origin, of_sign.axes[chosen], float(of_sign.radii_mm[chosen]))
+            fitted = _refined(surface, start, sign)
+            if fitted is not None:
+                yield fitted
+            remaining[:, remaining[chosen] > 0] = 0.0
+
+
+def _bent(surface: _Surface) -> Iterator[_Fitted]:
+    """The cylinder that osculates the whole surface: what is left to try where noise hides the normals of a short arc."""
+    bent = cylinder_from_curvature(surface.faces.centres_mm)
+    if bent is not None:
+        start = _start(*bent)
+        outwards = (surface.faces.normals * start.radial_mm(surface.faces.centres_mm)).sum(axis=1)
+        fitted = _refined(surface, start, 1.0 if surface.faces.areas_mm2 @ outwards > 0 else -1.0)
+        if fitted is not None:
+            yield fitted
+
+
+def _start(point_mm: FloatArray, axis: FloatArray, radius_mm: float) -> CylinderFit:
+    return CylinderFit(point_mm=point_mm, axis=axis, radius_mm=radius_mm, rms_mm=0.0, radius_sigma_mm=0.0, axis_sigma_rad=0.0)
+
+
+def _refined(surface: _Surface, start: CylinderFit, sign: float) -> _Fitted | None:
+    """Least squares from a start, on the corners of the faces that follow it; twice, since better knows better which do."""
+    fit, band = start, min(_FAR * surface.size_mm, _FAR_OF_RADIUS * start.radius_mm)
+    for _ in range(2):
+        near = _following(surface.faces, fit, sign, band)
+        points, weights = surface.points(near)
+        trimmed = _trimmed(points, weights, fit, surface.size_mm)
+        if trimmed is None:
+            return None
+        fit, kept = trimmed
+        band = _tolerance_mm(fit)
+    distances = np.abs(fit.distances_mm(surface.faces.triangles_mm[near].reshape(-1, 3))).reshape(-1, 3).max(axis=1)
+    digits = np.log(_FAR * surface.size_mm / np.maximum(distances, 10.0 * _EXACT * surface.size_mm))
+    return _Fitted(
+        fit=fit,
+        sign=sign,
+        facet_rad=facet_width_rad(angles_about(points[kept], fit)),
+        score=float(surface.faces.areas_mm2[near] @ np.maximum(digits, 0.0)),
+    )
+
+
+def _polished(whole: _Surface, rough: _Fitted) -> FoundCylinder | None:
+    """The same on the whole segment, with the surface that follows it; None where that surface is a prism's."""
+    fitted = rough if whole.corners is not None else _refined(whole, rough.fit, rough.sign)
+    if fitted is None or fitted.facet_rad <= 0:
+        return None
+    lateral = lateral_surface(whole.faces, fitted.fit, fitted.sign, _tolerance_mm(fitted.fit), fitted.facet_rad)
+    return None if lateral is None else FoundCylinder(fit=fitted.fit, sign=fitted.sign, lateral=lateral, score=fitted.score)
+
+
+def _tolerance_mm(fit: CylinderFit) -> float:
+    return max(4.0 * fit.rms_mm, _CLEAN * fit.radius_mm)
+
+
+def _distinct(fitted: list[_Fitted]) -> list[_Fitted]:
+    kept: list[_Fitted] = []
+    for one in fitted:
+        if not any(_same(one.fit, other.fit) for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _same(a: CylinderFit, b: CylinderFit) -> bool:
+    near = float(np.linalg.norm(a.radial_mm(b.point_mm[None])[0]))
+    return bool(abs(a.axis @ b.axis) > 0.999 and abs(a.radius_mm - b.radius_mm) + near < 0.02 * a.radius_mm)
+
+
+def _following(faces: FaceSet, fit: CylinderFit, sign: float, band_mm: float) -> BoolArray:
+    """Faces near the cylinder, facing as it does. Half of their area says how much normals may tilt along the axis."""
+    radial = fit.radial_mm(faces.centres_mm)
+    distance = np.maximum(np.linalg.norm(radial, axis=1), 1e-300)
+    outwards = (faces.normals * radial).sum(axis=1) / distance * sign
+    depth = fit.radius_mm - distance
+    tilt = np.abs(faces.normals @ fit.axis)
+    near = (outwards > 0.5) & (depth >= -band_mm) & (depth <= band_mm + _CHORD * fit.radius_mm) & (tilt < _TILT_MAX)
+    if near.any():
+        near &= tilt <= 3.0 * _weighted_median(tilt[near], faces.areas_mm2[near]) + _TILT_EXACT
+    return np.asarray(near)
+
+
+def _trimmed(points: FloatArray, weights: FloatArray, start: CylinderFit, size_mm: float) -> tuple[CylinderFit, BoolArray] | None:
+    """Least squares with the points left out that are far off for the median (by area) distance; and which were kept."""
+    kept = np.ones(len(points), dtype=bool)
+    fit = start
+    for _ in range(_ROUNDS):
+        better = fit_cylinder(points[kept], fit.point_mm, fit.axis, fit.radius_mm)
+        if better is None:
+            return None
+        fit = better
+        distance = np.abs(fit.distances_mm(points))
+        limit = max(3.5 * 1.4826 * _weighted_median(distance[kept], weights[kept]), _EXACT * size_mm)
+        now = distance <= limit
+        if (now == kept).all():
+            break
+        kept = now
+    return fit, kept
+
+
+def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    return float(values[order[np.searchsorted(total, total[-1] / 2.0)]])
