@@ -65,6 +65,7 @@ class ComponentRow(Base):
     product_id: Mapped[str] = mapped_column(_ID, ForeignKey("product.id", ondelete="CASCADE"), primary_key=True)
     id: Mapped[str] = mapped_column(String(200), primary_key=True)
     position: Mapped[int]
+    glb_sha256: Mapped[str] = mapped_column(_SHA256)  # artifact: its mesh as GLB
     faces: Mapped[int]
     bounds_min_mm: Mapped[list[Any]]  # (3,) component frame
     bounds_max_mm: Mapped[list[Any]]

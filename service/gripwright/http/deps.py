@@ -1,0 +1,58 @@
+"""What handlers are given: sessions, stores, and what is installed."""
+
+from collections.abc import Iterator
+from datetime import datetime
+from typing import Annotated, cast
+
+from fastapi import Depends, Request
+from sqlalchemy.orm import Session
+
+from gripwright.http.errors import NotReady
+from gripwright.http.state import State
+from gripwright.registry.description import RegistryDescription
+from gripwright.store.artifacts import ArtifactStore
+from gripwright.store.columns import utc_now
+
+
+def service_state(request: Request) -> State:
+    """The parts of the service."""
+    return cast(State, request.app.state.service)
+
+
+Service = Annotated[State, Depends(service_state)]
+
+
+def write_session(service: Service) -> Iterator[Session]:
+    """One request, one transaction: commit on return, roll back on any exception."""
+    with service.database.write_sessions.begin() as session:
+        yield session
+
+
+def read_session(service: Service) -> Iterator[Session]:
+    """One request, one consistent view."""
+    with service.database.read_sessions() as session:
+        yield session
+
+
+# "function": the exit code, hence the commit, runs before the response is sent.
+WriteSession = Annotated[Session, Depends(write_session, scope="function")]
+ReadSession = Annotated[Session, Depends(read_session, scope="function")]
+
+
+def artifact_store(service: Service) -> ArtifactStore:
+    """Files by their content."""
+    return service.artifacts
+
+
+Artifacts = Annotated[ArtifactStore, Depends(artifact_store)]
+
+
+def installed_plugins(service: Service) -> RegistryDescription:
+    """What is installed; NotReady until the first listing is there."""
+    if service.plugins is None:
+        raise NotReady(service.plugins_problem or "the plug-ins are still being listed; try again in a moment")
+    return service.plugins
+
+
+Plugins = Annotated[RegistryDescription, Depends(installed_plugins)]
+Now = Annotated[datetime, Depends(utc_now)]

@@ -1,0 +1,131 @@
+"""Every error as `application/problem+json` (RFC 9457). Domain codes become statuses here and nowhere else."""
+
+import logging
+from collections.abc import Mapping, Sequence
+from http import HTTPStatus
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from sqlalchemy.exc import IntegrityError
+from starlette.exceptions import HTTPException
+
+from gripwright.domain.errors import Fault, GripwrightError
+
+_log = logging.getLogger(__name__)
+
+STATUS_OF_CODE: Mapping[str, int] = {
+    "invalid-input": 422,
+    "invalid-geometry": 422,
+    "invalid-plan": 422,
+    "limit-exceeded": 413,
+    "not-found": 404,
+    "conflict": 409,
+    "cancelled": 409,
+    "plugin-failure": 500,
+    "precondition-failed": 412,
+    "precondition-required": 428,
+    "unsupported-media-type": 415,
+    "not-acceptable": 406,
+    "not-ready": 503,
+}
+
+
+class PreconditionFailed(GripwrightError):
+    """`If-Match` names another version than the present one."""
+
+    code = "precondition-failed"
+
+
+class PreconditionRequired(GripwrightError):
+    """The change needs `If-Match`."""
+
+    code = "precondition-required"
+
+
+class UnsupportedMediaType(GripwrightError):
+    """The body has a media type that this path does not read."""
+
+    code = "unsupported-media-type"
+
+
+class NotAcceptable(GripwrightError):
+    """`Accept` allows none of the media types on offer."""
+
+    code = "not-acceptable"
+
+
+class NotReady(GripwrightError):
+    """The service cannot work yet, or not any more."""
+
+    code = "not-ready"
+
+
+def problem(
+    status: int, code: str, detail: str, *, faults: Sequence[Fault] = (), headers: Mapping[str, str] | None = None
+) -> JSONResponse:
+    """A problem document."""
+    body: dict[str, Any] = {
+        "type": f"urn:gripwright:problem:{code}",
+        "title": HTTPStatus(status).phrase,
+        "status": status,
+        "detail": detail,
+    }
+    if faults:
+        body["errors"] = [{"pointer": fault.pointer, "message": fault.message} for fault in faults]
+    return JSONResponse(body, status, headers=headers, media_type="application/problem+json")
+
+
+def register_error_handlers(app: FastAPI) -> None:
+    """Let the app answer every error with a problem, the framework's own included."""
+    app.add_exception_handler(GripwrightError, _domain_problem)
+    app.add_exception_handler(RequestValidationError, _validation_problem)
+    app.add_exception_handler(HTTPException, _framework_problem)
+    app.add_exception_handler(IntegrityError, _integrity_problem)
+    app.add_exception_handler(Exception, _defect_problem)
+
+
+def _domain_problem(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, GripwrightError)
+    return problem(STATUS_OF_CODE.get(error.code, 500), error.code, error.detail, faults=error.faults)
+
+
+def _validation_problem(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)
+    entries = error.errors()
+    content_type = request.headers.get("content-type", "")
+    if any(entry["loc"][0] == "body" for entry in entries) and content_type and "json" not in content_type:
+        return problem(415, "unsupported-media-type", f"the body must be JSON, it is {content_type}")
+    faults = [Fault(pointer=_pointer(entry["loc"]), message=_message(entry)) for entry in entries]
+    return problem(422, "invalid-input", "the request cannot be used", faults=faults)
+
+
+def _pointer(location: Sequence[str | int]) -> str:
+    """A JSON pointer into the body; for the rest of the request its part stands first, as in /query/limit."""
+    steps = location[1:] if location[0] == "body" else location
+    return "".join("/" + str(step).replace("~", "~0").replace("/", "~1") for step in steps)
+
+
+def _message(entry: Mapping[str, Any]) -> str:
+    reason = entry.get("ctx", {}).get("error")
+    return f"{entry['msg']}: {reason}" if entry["type"] == "json_invalid" else str(entry["msg"])
+
+
+def _framework_problem(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    code = HTTPStatus(error.status_code).phrase.lower().replace(" ", "-")
+    if error.status_code in (404, 405):
+        detail = f"there is no {request.method} {request.url.path}"
+    else:
+        detail = str(error.detail)
+    return problem(error.status_code, code, detail, headers=error.headers)
+
+
+def _integrity_problem(request: Request, error: Exception) -> JSONResponse:
+    return problem(409, "conflict", "another request wrote the same thing at the same time: read again, then repeat")
+
+
+def _defect_problem(request: Request, error: Exception) -> JSONResponse:
+    _log.error("defect in %s %s", request.method, request.url.path, exc_info=error)
+    return problem(500, "internal", "the service has a defect; its log says where")

@@ -1,0 +1,39 @@
+"""Whether the service lives, whether it can work, and how it fares."""
+
+from fastapi import APIRouter, Response
+from sqlalchemy.exc import SQLAlchemyError
+
+from gripwright.domain.errors import GripwrightError
+from gripwright.http.deps import Now, ReadSession, Service
+from gripwright.http.errors import NotReady
+from gripwright.http.metrics import metrics_text
+from gripwright.http.schemas.health import Health
+from gripwright.http.schemas.problem import Problem
+from gripwright.store.migrate import require_current
+
+router = APIRouter(tags=["health"])
+
+
+@router.get("/health/live", operation_id="health_live")
+def live() -> Health:
+    """The process answers."""
+    return Health(status="ok")
+
+
+@router.get("/health/ready", operation_id="health_ready", responses={503: {"model": Problem}})
+def ready(service: Service) -> Health:
+    """The database is there in this version's form, files can be written, and the plug-ins are listed."""
+    try:
+        require_current(service.database)
+        service.artifacts.put(b"ready")
+    except (GripwrightError, SQLAlchemyError, OSError) as error:
+        raise NotReady(f"the store cannot be used: {error}") from error
+    if service.plugins is None:
+        raise NotReady(service.plugins_problem or "the plug-ins are still being listed")
+    return Health(status="ok")
+
+
+@router.get("/metrics", operation_id="metrics", response_class=Response, responses={200: {"content": {"text/plain": {}}}})
+def metrics(service: Service, session: ReadSession, now: Now) -> Response:
+    """Figures for Prometheus."""
+    return Response(metrics_text(session, service.requests, now), media_type="text/plain; version=0.0.4; charset=utf-8")

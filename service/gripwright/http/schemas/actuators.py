@@ -1,0 +1,105 @@
+"""Actuators as callers see them: mm, N, kg."""
+
+from datetime import datetime
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from gripwright.domain.gripper import Actuator
+from gripwright.store.models import ActuatorRow
+
+
+class ActuatorFigures(BaseModel):
+    """The maker's figures of an actuator; null where they are not known."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+    gripper_type: str = Field(min_length=1, max_length=50, examples=["parallel-2", "centric-3"])
+    stroke: float = Field(ge=0, le=5000, description="mm, total change of the opening width (of the diameter for centric ones)")
+    opening_max: float | None = Field(default=None, gt=0, le=5000, description="mm, distance of the jaws' references, fully open")
+    grip_force: float | None = Field(default=None, gt=0, description="N, the sum over the jaws")
+    mass: float | None = Field(default=None, gt=0, description="kg")
+    finger_length_max: float | None = Field(default=None, gt=0, description="mm")
+    finger_mass_max: float | None = Field(default=None, gt=0, description="kg, of one finger")
+    body_diameter: float | None = Field(default=None, gt=0, description="mm")
+    body_length: float | None = Field(default=None, gt=0, description="mm")
+    price: float | None = Field(default=None, ge=0)
+    stroke_basis: str = Field(default="total", max_length=20, description="as the maker states it: total, diameter, per-jaw")
+    force_basis: str = Field(default="unknown", max_length=20, description="as the maker states it: total, per-jaw, unknown")
+    confidence: str = Field(default="C", max_length=20, description="A: the maker's own document; C: sources conflict")
+    source: str = Field(default="", max_length=2000)
+    note: str = Field(default="", max_length=2000)
+
+    def actuator(self, maker: str, model: str) -> Actuator:
+        """The domain value."""
+        return Actuator(
+            maker=maker,
+            model=model,
+            gripper_type=self.gripper_type,
+            stroke_mm=self.stroke,
+            opening_max_mm=self.opening_max,
+            grip_force_N=self.grip_force,
+            mass_kg=self.mass,
+            finger_length_max_mm=self.finger_length_max,
+            finger_mass_max_kg=self.finger_mass_max,
+            body_diameter_mm=self.body_diameter,
+            body_length_mm=self.body_length,
+            price=self.price,
+            stroke_basis=self.stroke_basis,
+            force_basis=self.force_basis,
+            confidence=self.confidence,
+            source=self.source,
+            note=self.note,
+        )
+
+
+class ActuatorView(BaseModel):
+    """An actuator of the catalogue."""
+
+    maker: str
+    model: str
+    gripper_type: str
+    stroke: float
+    opening_max: float | None
+    grip_force: float | None
+    mass: float | None
+    finger_length_max: float | None
+    finger_mass_max: float | None
+    body_diameter: float | None
+    body_length: float | None
+    price: float | None
+    stroke_basis: str
+    force_basis: str
+    confidence: str
+    source: str
+    note: str
+    updated_at: datetime
+
+    @classmethod
+    def of(cls, row: ActuatorRow) -> "ActuatorView":
+        """The view of an actuator."""
+        return cls(
+            maker=row.maker,
+            model=row.model,
+            gripper_type=row.gripper_type,
+            stroke=row.stroke_mm,
+            opening_max=row.opening_max_mm,
+            grip_force=row.grip_force_N,
+            mass=row.mass_kg,
+            finger_length_max=row.finger_length_max_mm,
+            finger_mass_max=row.finger_mass_max_kg,
+            body_diameter=row.body_diameter_mm,
+            body_length=row.body_length_mm,
+            price=row.price,
+            stroke_basis=row.stroke_basis,
+            force_basis=row.force_basis,
+            confidence=row.confidence,
+            source=row.source,
+            note=row.note,
+            updated_at=row.updated_at,
+        )
+
+
+class ActuatorList(BaseModel):
+    """The whole catalogue."""
+
+    items: list[ActuatorView]

@@ -1,0 +1,145 @@
+"""Multipart uploads of products, written to a folder of their own for the time of the request."""
+
+import shutil
+import tempfile
+from collections.abc import AsyncIterator, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from fastapi import Depends, Request
+from pydantic_core import PydanticCustomError
+from starlette.datastructures import FormData, UploadFile
+
+from gripwright.cad.formats import format_of
+from gripwright.cad.manifest import check_file_name
+from gripwright.cad.package import DOCUMENT
+from gripwright.domain.errors import Fault, InvalidInput
+from gripwright.http.deps import Service
+from gripwright.http.errors import UnsupportedMediaType
+
+UPLOAD_SCHEMA: dict[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "content": {
+            "multipart/form-data": {
+                "schema": {
+                    "type": "object",
+                    "properties": {
+                        "package": {
+                            "type": "string",
+                            "format": "binary",
+                            "description": "a .zip with product.json and its CAD files, or one STEP assembly alone",
+                        },
+                        "manifest": {"type": "string", "description": "product.json, where the CAD files are parts of their own"},
+                        "files": {
+                            "type": "array",
+                            "items": {"type": "string", "format": "binary"},
+                            "description": "the CAD files that the manifest names, by their file names",
+                        },
+                    },
+                }
+            }
+        },
+    }
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Upload:
+    """The parts of an upload: file parts, and the manifest where it is a part of its own."""
+
+    files: tuple[UploadFile, ...]
+    manifest: str | UploadFile | None
+
+
+async def upload_parts(request: Request, service: Service) -> AsyncIterator[Upload]:
+    """The parts as they arrived, large ones on disk; closed when the request is over."""
+    if not request.headers.get("content-type", "").lower().startswith("multipart/form-data"):
+        raise UnsupportedMediaType("an upload is multipart/form-data")
+    settings = service.settings
+    form = await request.form(
+        max_files=settings.upload_max_files, max_fields=settings.upload_max_files, max_part_size=settings.body_max_bytes
+    )
+    try:
+        yield _parts(form)
+    finally:
+        await form.close()
+
+
+UploadParts = Annotated[Upload, Depends(upload_parts)]
+
+
+def _parts(form: FormData) -> Upload:
+    files: list[UploadFile] = []
+    manifest: str | UploadFile | None = None
+    for name, part in form.multi_items():
+        if name == "manifest":
+            if manifest is not None:
+                raise InvalidInput("the upload has two manifests", faults=(Fault("manifest", "given twice"),))
+            manifest = part
+        elif isinstance(part, UploadFile):
+            files.append(part)
+        else:
+            raise InvalidInput("the upload has a field that is no file", faults=(Fault(name, "not a file part"),))
+    return Upload(files=tuple(files), manifest=manifest)
+
+
+@contextmanager
+def stored_upload(upload: Upload) -> Iterator[Path]:
+    """The upload as a path that `read_product` takes, gone afterwards: an archive, a STEP file, or a folder."""
+    with tempfile.TemporaryDirectory(prefix="gripwright-upload-") as name:
+        folder = Path(name)
+        if upload.manifest is None:
+            yield _write_single(folder, upload.files)
+        else:
+            yield _write_folder(folder, upload.manifest, upload.files)
+
+
+def _write_single(folder: Path, files: tuple[UploadFile, ...]) -> Path:
+    """An archive or a STEP assembly that stands alone."""
+    if len(files) != 1:
+        raise InvalidInput(
+            "the upload is no product",
+            faults=(Fault("manifest", f"{len(files)} files and no manifest part; a .zip or a STEP assembly may stand alone"),),
+        )
+    name = Path(files[0].filename or "").name
+    if format_of(name) == "step":
+        target = folder / name
+    elif name.lower().endswith(".zip"):
+        target = folder / "package.zip"
+    else:
+        fault = Fault(name or "package", "neither a .zip nor a STEP assembly (.step, .stp)")
+        raise InvalidInput("the upload is no product", faults=(fault,))
+    _write(target, files[0])
+    return target
+
+
+def _write_folder(folder: Path, manifest: str | UploadFile, files: tuple[UploadFile, ...]) -> Path:
+    """A package of parts: the manifest as product.json, and each CAD file under its own name."""
+    if isinstance(manifest, str):
+        (folder / DOCUMENT).write_bytes(manifest.encode())
+    else:
+        _write(folder / DOCUMENT, manifest)
+    faults = []
+    for part in files:
+        name = part.filename or ""
+        try:
+            target = folder / check_file_name(name)
+        except PydanticCustomError as error:
+            faults.append(Fault(name or "files", error.message()))
+            continue
+        if target.exists():
+            faults.append(Fault(name, "given twice"))
+            continue
+        target.parent.mkdir(parents=True, exist_ok=True)
+        _write(target, part)
+    if faults:
+        raise InvalidInput("the upload has files that cannot be used", faults=tuple(faults))
+    return folder
+
+
+def _write(target: Path, part: UploadFile) -> None:
+    with target.open("wb") as file:
+        shutil.copyfileobj(part.file, file)

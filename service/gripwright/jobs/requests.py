@@ -1,0 +1,77 @@
+"""Requests for designs: the snapshot of what is designed and with what, queued in the caller's transaction."""
+
+from collections.abc import Mapping
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from gripwright.design.catalogue import select
+from gripwright.design.records import dumps
+from gripwright.domain.errors import Conflict, Fault, InvalidInput
+from gripwright.registry.description import RegistryDescription, check_options
+from gripwright.store.actuators import ActuatorRepository, actuator_of
+from gripwright.store.artifacts import ArtifactStore
+from gripwright.store.columns import new_id
+from gripwright.store.designs import DesignRepository
+from gripwright.store.idempotency import IdempotencyRepository
+from gripwright.store.models import DesignRow, ProductRow
+from gripwright.store.products import ProductRepository
+
+
+def request_design(
+    session: Session,
+    artifacts: ArtifactStore,
+    description: RegistryDescription,
+    product_id: str,
+    options: Mapping[str, Any],
+    now: datetime,
+) -> DesignRow:
+    """Queue a design of a product. The options are checked against what is installed and against the catalogue."""
+    product = ProductRepository(session).get(product_id)
+    if not product.manifest["operations"]:
+        fault = Fault(pointer="/operations", message="the product has no assembly sequence: PUT its operations first")
+        raise InvalidInput("the product has no operations", faults=(fault,))
+    catalogue = tuple(actuator_of(row) for row in ActuatorRepository(session).all())
+    select(catalogue, check_options(options, description).actuators)
+    design = DesignRow(
+        id=new_id(now),
+        product_id=product.id,
+        product_version=product.version,
+        task_sha256=product.task_sha256,
+        actuators_sha256=artifacts.put(dumps(catalogue)),
+        options=dict(options),
+        outcome=None,
+        created_at=now,
+    )
+    DesignRepository(session).add(design, now)
+    return design
+
+
+def request_design_once(
+    session: Session,
+    artifacts: ArtifactStore,
+    description: RegistryDescription,
+    product_id: str,
+    options: Mapping[str, Any],
+    now: datetime,
+    *,
+    key: str,
+    request_sha256: str,
+) -> DesignRow:
+    """`request_design` under an idempotency key: the same request again gives the same design."""
+    answers = IdempotencyRepository(session)
+    known = answers.find_design(key, request_sha256)
+    if known is not None:
+        return DesignRepository(session).get(known)
+    design = request_design(session, artifacts, description, product_id, options, now)
+    answers.remember(key, request_sha256, design.id, now)
+    return design
+
+
+def delete_product(session: Session, product: ProductRow) -> None:
+    """Delete a product with its designs; Conflict while one of them is queued or running."""
+    products = ProductRepository(session)
+    if products.has_unfinished_design(product.id):
+        raise Conflict("a design of this product is queued or running: cancel it first", product_id=product.id)
+    products.delete(product)

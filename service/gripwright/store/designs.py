@@ -1,0 +1,116 @@
+"""All SQL about designs, their files and jobs as callers see them."""
+
+from datetime import datetime
+
+from sqlalchemy import func, select, tuple_
+from sqlalchemy.orm import Session
+
+from gripwright.domain.errors import Conflict, NotFound
+from gripwright.store.events import queue_webhooks, record_event
+from gripwright.store.models import DesignFileRow, DesignRow, JobRow
+from gripwright.store.pages import Cursor
+
+
+class DesignRepository:
+    """Designs. It never commits; the unit of work does."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def add(self, design: DesignRow, now: datetime) -> None:
+        """Add a design with its job, queued: the row is the entry in the queue."""
+        design.job = JobRow(
+            id=design.id,
+            status="queued",
+            fraction=0.0,
+            stage="",
+            message="",
+            attempt=1,
+            dispatched=False,
+            cancel_requested=False,
+            problem=None,
+            created_at=now,
+            started_at=None,
+            finished_at=None,
+        )
+        self._session.add(design)
+        self._session.flush()
+        record_event(self._session, design.job, "status", now)
+
+    def get(self, design_id: str) -> DesignRow:
+        """The design, or `NotFound`."""
+        row = self._session.get(DesignRow, design_id)
+        if row is None:
+            raise NotFound(f"no design {design_id}", design_id=design_id)
+        return row
+
+    def file(self, design_id: str, path: str) -> DesignFileRow:
+        """A file of a design folder, or `NotFound`."""
+        self.get(design_id)
+        row = self._session.get(DesignFileRow, (design_id, path))
+        if row is None:
+            raise NotFound(f"design {design_id} has no file {path}", design_id=design_id, path=path)
+        return row
+
+    def latest_file(self, product_id: str, path: str) -> DesignFileRow | None:
+        """The file of that path in the newest design of a product that has one."""
+        query = select(DesignFileRow).join(DesignRow).where(DesignRow.product_id == product_id, DesignFileRow.path == path)
+        return self._session.scalar(query.order_by(DesignRow.created_at.desc(), DesignRow.id.desc()).limit(1))
+
+
+class JobRepository:
+    """Jobs, as callers see and steer them; `store.jobs` is the workers' side."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def get(self, job_id: str) -> JobRow:
+        """The job, or `NotFound`."""
+        row = self.find(job_id)
+        if row is None:
+            raise NotFound(f"no job {job_id}", job_id=job_id)
+        return row
+
+    def find(self, job_id: str) -> JobRow | None:
+        """The job, if it is there still."""
+        return self._session.get(JobRow, job_id)
+
+    def page(self, *, after: Cursor | None, limit: int, status: str | None, product_id: str | None) -> list[JobRow]:
+        """Up to `limit` jobs, the newest first, strictly after the cursor."""
+        query = select(JobRow).order_by(JobRow.created_at.desc(), JobRow.id.desc()).limit(limit)
+        if status is not None:
+            query = query.where(JobRow.status == status)
+        if product_id is not None:
+            query = query.join(DesignRow, DesignRow.id == JobRow.id).where(DesignRow.product_id == product_id)
+        if after is not None:
+            query = query.where(tuple_(JobRow.created_at, JobRow.id) < (after.created_at, after.id))
+        return list(self._session.scalars(query))
+
+    def counts(self) -> dict[str, int]:
+        """How many jobs there are of each status."""
+        query = select(JobRow.status, func.count()).group_by(JobRow.status)
+        return {status: count for status, count in self._session.execute(query).tuples()}  # noqa: C416 - rows are no pairs to mypy
+
+    def oldest_queued(self) -> datetime | None:
+        """When the job that has waited longest was created."""
+        return self._session.scalar(select(func.min(JobRow.created_at)).where(JobRow.status == "queued"))
+
+    def cancel(self, job: JobRow, now: datetime) -> None:
+        """A queued job is cancelled at once, a running one as soon as its worker notices; Conflict where it has ended."""
+        if job.status == "queued":
+            job.status, job.finished_at = "cancelled", now
+            record_event(self._session, job, "status", now)
+            queue_webhooks(self._session, job.design, "cancelled", now)
+        elif job.status == "running":
+            job.cancel_requested = True
+        elif job.status != "cancelled":
+            raise Conflict(f"the job has {job.status}: only a queued or running one can be cancelled", status=job.status)
+
+    def retry(self, job: JobRow, now: datetime) -> None:
+        """Queue a failed or cancelled job again; its finished steps are stored and do not run again. Else Conflict."""
+        if job.status not in ("failed", "cancelled"):
+            raise Conflict(f"the job is {job.status}: only a failed or cancelled one can be retried", status=job.status)
+        job.status, job.attempt, job.dispatched, job.cancel_requested = "queued", job.attempt + 1, False, False
+        job.fraction, job.stage, job.message, job.problem = 0.0, "", "", None
+        job.started_at = job.finished_at = None
+        record_event(self._session, job, "status", now)

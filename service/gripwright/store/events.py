@@ -1,0 +1,62 @@
+"""What happened to jobs: events for Server-Sent Events, and messages to webhooks where a job ends."""
+
+import json
+from datetime import datetime
+from typing import Any, Literal, get_args
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from gripwright.store.columns import new_id
+from gripwright.store.models import DesignRow, JobEventRow, JobRow, WebhookDeliveryRow, WebhookRow
+
+EventName = Literal["design.complete", "design.incomplete", "design.failed", "design.cancelled"]
+WEBHOOK_EVENTS: tuple[EventName, ...] = get_args(EventName)
+
+
+def record_event(session: Session, job: JobRow, kind: str, now: datetime) -> None:
+    """Append an event with the job's present state; `kind` is "status" or "progress"."""
+    session.add(JobEventRow(job_id=job.id, kind=kind, data=job_state(job), created_at=now))
+
+
+def job_state(job: JobRow) -> dict[str, Any]:
+    """The state of a job as JSON values."""
+    return {
+        "status": job.status,
+        "attempt": job.attempt,
+        "progress": {"fraction": job.fraction, "stage": job.stage, "message": job.message},
+        "problem": job.problem,
+    }
+
+
+def queue_webhooks(session: Session, design: DesignRow, status: str, now: datetime) -> None:
+    """Queue a message to every subscriber of `design.<status>`, in the transaction that ends the job."""
+    event = f"design.{status}"
+    data = {"design_id": design.id, "product_id": design.product_id, "status": status}
+    payload = json.dumps({"type": event, "timestamp": now.isoformat(), "data": data}, separators=(",", ":"))
+    for webhook in session.scalars(select(WebhookRow)):
+        if event in webhook.events:
+            session.add(
+                WebhookDeliveryRow(
+                    id=new_id(now),
+                    webhook_id=webhook.id,
+                    payload=payload,
+                    status="pending",
+                    attempts=0,
+                    next_attempt_at=now,
+                    detail="",
+                    created_at=now,
+                )
+            )
+
+
+class EventRepository:
+    """Events of jobs, as read by listeners."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def after(self, job_id: str, event_id: int, limit: int) -> list[JobEventRow]:
+        """Up to `limit` events of a job in order, strictly after `event_id`."""
+        query = select(JobEventRow).where(JobEventRow.job_id == job_id, JobEventRow.id > event_id)
+        return list(self._session.scalars(query.order_by(JobEventRow.id).limit(limit)))

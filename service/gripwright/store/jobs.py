@@ -1,0 +1,134 @@
+"""Jobs as workers see them: every method is one short transaction of its own and may be called from any thread."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from gripwright.settings import Settings
+from gripwright.store.artifacts import ArtifactStore
+from gripwright.store.columns import utc_now
+from gripwright.store.engines import Database
+from gripwright.store.events import queue_webhooks, record_event
+from gripwright.store.media_types import media_type_of
+from gripwright.store.models import DesignFileRow, DesignRow, JobRow
+
+DOCUMENT = "design.json"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DesignSnapshot:
+    """What a design is made from, as it stood when it was requested."""
+
+    task_sha256: str  # artifact: record of an AssemblyTask
+    actuators_sha256: str  # artifact: record of a tuple of Actuator
+    options: dict[str, Any]
+
+
+class StoredDesignJobs:
+    """The queue of designs in the database. A job ends exactly once: what comes after its end changes nothing."""
+
+    def __init__(self, database: Database, artifacts: ArtifactStore) -> None:
+        self._database, self._artifacts = database, artifacts
+
+    def undispatched(self, limit: int) -> Sequence[tuple[str, int]]:
+        """(design id, attempt) of queued jobs that no worker has taken, the oldest first."""
+        query = select(JobRow.id, JobRow.attempt).where(JobRow.status == "queued", JobRow.dispatched.is_(False))
+        return self._pairs(query.order_by(JobRow.created_at, JobRow.id).limit(limit))
+
+    def running(self) -> Sequence[tuple[str, int]]:
+        """(design id, attempt) of running jobs."""
+        return self._pairs(select(JobRow.id, JobRow.attempt).where(JobRow.status == "running"))
+
+    def mark_dispatched(self, design_id: str, attempt: int) -> None:
+        """Note that this attempt was handed to the job engine."""
+        with self._attempt(design_id, attempt, ("queued", "running")) as (_, job):
+            if job is not None:
+                job.dispatched = True
+
+    def start(self, design_id: str, attempt: int) -> bool:
+        """Queued → running; also true where this attempt runs already (recovery), false where it was cancelled or is over."""
+        with self._attempt(design_id, attempt, ("queued", "running")) as (session, job):
+            if job is None:
+                return False
+            if job.status == "queued":
+                job.status, job.started_at, job.dispatched = "running", utc_now(), True
+                record_event(session, job, "status", utc_now())
+            return True
+
+    def snapshot(self, design_id: str) -> DesignSnapshot:
+        """What the design is made from."""
+        with self._database.read_sessions() as session:
+            row = session.get_one(DesignRow, design_id)
+            return DesignSnapshot(task_sha256=row.task_sha256, actuators_sha256=row.actuators_sha256, options=row.options)
+
+    def record_progress(self, design_id: str, attempt: int, fraction: float, stage: str, message: str) -> None:
+        """Where the job stands. Progress never goes back within an attempt."""
+        with self._attempt(design_id, attempt, ("running",)) as (session, job):
+            if job is not None:
+                job.fraction, job.stage, job.message = max(job.fraction, min(fraction, 1.0)), stage, message
+                record_event(session, job, "progress", utc_now())
+
+    def cancel_requested(self, design_id: str) -> bool:
+        """Whether the caller asked to stop, or the job is gone or over."""
+        query = select(JobRow.status, JobRow.cancel_requested).where(JobRow.id == design_id)
+        with self._database.read_sessions() as session:
+            row = session.execute(query).first()
+        return row is None or row.cancel_requested or row.status == "cancelled"
+
+    def finish(self, design_id: str, attempt: int, status: str, document: Mapping[str, Any], files: Mapping[str, str]) -> None:
+        """The design is there: `status` complete or incomplete, its document, and path → artifact of its files."""
+        stored = dict(files)
+        if DOCUMENT not in stored:
+            stored[DOCUMENT] = self._artifacts.put(json.dumps(document, indent=1).encode())
+        with self._attempt(design_id, attempt, ("running",)) as (session, job):
+            if job is None:
+                return
+            job.design.outcome = status
+            job.design.files = [self._file_row(design_id, path, sha256) for path, sha256 in sorted(stored.items())]
+            job.fraction, job.stage, job.message = 1.0, "done", f"the design is {status}"
+            self._end(session, job, "succeeded", status)
+
+    def fail(self, design_id: str, attempt: int, problem: Mapping[str, Any]) -> None:
+        """The job ended with a problem."""
+        with self._attempt(design_id, attempt, ("running",)) as (session, job):
+            if job is not None:
+                job.problem = dict(problem)
+                self._end(session, job, "failed", "failed")
+
+    def cancelled(self, design_id: str, attempt: int) -> None:
+        """The job was stopped as the caller asked."""
+        with self._attempt(design_id, attempt, ("running",)) as (session, job):
+            if job is not None:
+                self._end(session, job, "cancelled", "cancelled")
+
+    def _end(self, session: Session, job: JobRow, status: str, event: str) -> None:
+        now = utc_now()
+        job.status, job.finished_at, job.cancel_requested = status, now, False
+        record_event(session, job, "status", now)
+        queue_webhooks(session, job.design, event, now)
+
+    def _file_row(self, design_id: str, path: str, sha256: str) -> DesignFileRow:
+        size = self._artifacts.path(sha256).stat().st_size
+        return DesignFileRow(design_id=design_id, path=path, sha256=sha256, size=size, media_type=media_type_of(path))
+
+    def _pairs(self, query: Any) -> list[tuple[str, int]]:
+        with self._database.read_sessions() as session:
+            return [(design_id, attempt) for design_id, attempt in session.execute(query)]
+
+    @contextmanager
+    def _attempt(self, design_id: str, attempt: int, statuses: tuple[str, ...]) -> Iterator[tuple[Session, JobRow | None]]:
+        """A write transaction with the job, locked, or None where it is not in this attempt and one of these statuses."""
+        with self._database.write_sessions.begin() as session:
+            job = session.scalar(select(JobRow).where(JobRow.id == design_id).with_for_update(of=JobRow))
+            matches = job is not None and job.attempt == attempt and job.status in statuses
+            yield session, job if matches else None
+
+
+def open_design_jobs(settings: Settings) -> StoredDesignJobs:
+    """The queue of the database that the settings name."""
+    return StoredDesignJobs(Database(settings.resolved_database_url), ArtifactStore(settings.data_dir / "artifacts"))

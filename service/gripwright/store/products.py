@@ -1,0 +1,71 @@
+"""All SQL about products and their components."""
+
+from datetime import datetime
+
+from sqlalchemy import select, tuple_
+from sqlalchemy.orm import Session
+
+from gripwright.domain.errors import NotFound
+from gripwright.store.models import ComponentRow, DesignRow, JobRow, ProductRow
+from gripwright.store.pages import Cursor
+
+
+class ProductRepository:
+    """Products. It never commits; the unit of work does."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def add(self, row: ProductRow) -> None:
+        """Add a product; the write transaction's lock, or the unique constraint, keeps its identity single."""
+        self._session.add(row)
+        self._session.flush()
+
+    def get(self, product_id: str) -> ProductRow:
+        """The product, or `NotFound`."""
+        row = self._session.get(ProductRow, product_id)
+        if row is None:
+            raise NotFound(f"no product {product_id}", product_id=product_id)
+        return row
+
+    def find(self, part_number: str, revision: str) -> ProductRow | None:
+        """The product of that part number and revision."""
+        query = select(ProductRow).where(ProductRow.part_number == part_number, ProductRow.revision == revision)
+        return self._session.scalar(query)
+
+    def component(self, product_id: str, component_id: str) -> tuple[ProductRow, ComponentRow]:
+        """A component with its product, or `NotFound`."""
+        product = self.get(product_id)
+        for row in product.components:
+            if row.id == component_id:
+                return product, row
+        raise NotFound(f"product {product_id} has no component {component_id}", product_id=product_id, component_id=component_id)
+
+    def page(self, *, after: Cursor | None, limit: int, part_number: str | None) -> list[ProductRow]:
+        """Up to `limit` products in order of (created_at, id), strictly after the cursor."""
+        query = select(ProductRow).order_by(ProductRow.created_at, ProductRow.id).limit(limit)
+        if part_number is not None:
+            query = query.where(ProductRow.part_number == part_number)
+        if after is not None:
+            query = query.where(tuple_(ProductRow.created_at, ProductRow.id) > (after.created_at, after.id))
+        return list(self._session.scalars(query))
+
+    def changed(self, row: ProductRow, now: datetime) -> None:
+        """Count a change: the entity tag is another from now on."""
+        row.version += 1
+        row.updated_at = now
+        self._session.flush()
+
+    def has_unfinished_design(self, product_id: str) -> bool:
+        """Whether a design of this product is queued or running."""
+        query = (
+            select(JobRow.id)
+            .join(DesignRow, DesignRow.id == JobRow.id)
+            .where(DesignRow.product_id == product_id, JobRow.status.in_(("queued", "running")))
+        )
+        return self._session.scalar(query.limit(1)) is not None
+
+    def delete(self, row: ProductRow) -> None:
+        """Delete a product with its components and designs."""
+        self._session.delete(row)
+        self._session.flush()
