@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypedDict
 
+import gripwright.design
 import gripwright.domain
 from gripwright.plugin_api import (
     AffordanceDetector,
@@ -44,10 +45,12 @@ class Toolbox:
     record_classes: tuple[type, ...]  # dataclasses that a stored result may hold
 
 
-def domain_classes() -> tuple[type, ...]:
-    """Every dataclass of the domain, for `records.record_types`."""
+def record_classes() -> tuple[type, ...]:
+    """Every dataclass of the domain and of the design, for `records.record_types`."""
     modules = [
-        importlib.import_module(f"gripwright.domain.{module.name}") for module in pkgutil.iter_modules(gripwright.domain.__path__)
+        importlib.import_module(module.name)
+        for package in (gripwright.domain, gripwright.design)
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
     ]
     return tuple(
         member

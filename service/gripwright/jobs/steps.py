@@ -1,0 +1,209 @@
+"""One step of a design: what identifies it, and how it is run in a child process unless its result is stored already."""
+
+import hashlib
+import importlib
+import json
+import logging
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypedDict
+
+from gripwright.design.pipeline import Ref
+from gripwright.design.plan import Plan
+from gripwright.design.records import RecordTypes, dumps, loads, record_types
+from gripwright.design.toolbox import PluginVersion, record_classes
+from gripwright.domain.errors import GripwrightError, PluginFailure
+from gripwright.jobs.child import ChildFailure, Limits, Progress, run_in_child
+from gripwright.jobs.engine import StepFailure
+from gripwright.jobs.installed import installed_registry
+from gripwright.plugin_api import RunContext
+from gripwright.registry.building import build_toolbox
+from gripwright.registry.discovery import Registry
+from gripwright.registry.plans import effective_plan
+from gripwright.store.artifacts import ArtifactStore
+from gripwright.store.steps import StepStore
+
+if TYPE_CHECKING:
+    from gripwright.design.steps import Stage
+
+log = logging.getLogger(__name__)
+
+STAGES_AT = "gripwright.jobs.stages:STAGES"
+_CONTEXT_FIELDS = {"seed": "seed", "min_contact": "min_contact_mm", "margin": "margin_mm"}  # of the plan → of RunContext
+
+Versions = Mapping[str, PluginVersion]
+"""The plug-ins of a plan by "kind/key", in the order of the plan."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Workshop:
+    """Where steps run and keep their results."""
+
+    data_dir: Path
+    plugins_allow: tuple[str, ...] | None = None
+    limits: Limits = Limits()  # noqa: RUF009 - frozen
+    stages_at: str = STAGES_AT  # "module:attribute" of the stages
+
+    @property
+    def steps(self) -> StepStore:
+        """Results of steps."""
+        return StepStore(self.data_dir / "steps")
+
+    @property
+    def artifacts(self) -> ArtifactStore:
+        """Files by their content."""
+        return ArtifactStore(self.data_dir / "artifacts")
+
+    def put(self, value: Any) -> Ref:
+        """Store an input of the calculation by its content."""
+        data = dumps(value)
+        key = hashlib.sha256(data).hexdigest()
+        if not self.steps.has(key):
+            self.steps.save(key, data)
+        return key
+
+    def get(self, ref: Ref) -> Any:
+        """A stored value of the domain's own types; those of plug-ins are not loaded in this process."""
+        return _stored(self.steps, ref, record_types(record_classes()))
+
+
+class StepCall(TypedDict):
+    """One call of a stage, as JSON."""
+
+    stage: str
+    inputs: dict[str, Any]  # JSON, results of other steps as {"ref": key}
+    plan: dict[str, Any]
+    versions: dict[str, PluginVersion]  # of the plug-ins that the stage uses
+    key: Ref
+
+
+def load_stages(at: str) -> "Mapping[str, Stage]":
+    """The stages at "module:attribute"."""
+    module, _, attribute = at.partition(":")
+    stages: Mapping[str, Stage] = getattr(importlib.import_module(module), attribute)
+    return stages
+
+
+def resolve_plan(workshop: Workshop, plan: Plan) -> tuple[Plan, dict[str, PluginVersion]]:
+    """The plan that is run and the exact plug-ins and parameters it means; InvalidPlan names every fault."""
+    plan = effective_plan(plan)
+    argument = {"plan": plan.model_dump(mode="json"), "allow": workshop.plugins_allow}
+    return plan, _guarded("plan", None, lambda: run_in_child(_versions, argument, limits=workshop.limits))
+
+
+def step_call(stage: "Stage", inputs: Mapping[str, Any], plan: Plan, versions: Versions) -> StepCall:
+    """The call with its key: the hash of the stage and its version, the inputs, and all of the plan that the stage may see."""
+    used = {name: version for name, version in versions.items() if name.split("/")[0] in stage.uses}
+    fields = plan.model_dump(mode="json", include=set(stage.plan_fields))
+    identity = [stage.name, stage.version, dict(inputs), fields, list(used.items())]
+    key = hashlib.sha256(json.dumps(identity, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+    return StepCall(stage=stage.name, inputs=dict(inputs), plan=plan.model_dump(mode="json"), versions=used, key=key)
+
+
+def run_step(
+    workshop: Workshop,
+    call: StepCall,
+    *,
+    on_progress: Progress = lambda fraction, message: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> None:
+    """Compute and store the result of a call, in a child; nothing to do where it is stored.
+
+    Raises Cancelled, any GripwrightError of the stage, or StepFailure where the step crashed, hung or took too much memory.
+    """
+    if workshop.steps.has(call["key"]):
+        return
+    argument = {
+        "call": call,
+        "allow": workshop.plugins_allow,
+        "stages_at": workshop.stages_at,
+        "steps": str(workshop.data_dir / "steps"),
+    }
+    plugin = next(iter(call["versions"])) if len(call["versions"]) == 1 else None
+    _guarded(
+        call["stage"],
+        plugin,
+        lambda: run_in_child(_compute, argument, limits=workshop.limits, on_progress=on_progress, cancelled=cancelled),
+    )
+
+
+def _stored(store: StepStore, ref: Ref, types: RecordTypes) -> Any:
+    data = store.find(ref)
+    if data is None:
+        raise StepFailure(f"the stored result {ref} is gone: retry the design")
+    return loads(data, types)
+
+
+def _guarded(stage: str, plugin: str | None, run: Callable[[], Any]) -> Any:
+    """What `run` returns; a child that failed is a StepFailure of its stage."""
+    try:
+        return run()
+    except ChildFailure as failure:
+        log.warning("step %s: %s", stage, failure)
+        raise StepFailure(f"the step {stage!r} {failure}", stage=stage, plugin=plugin) from failure
+
+
+# What follows runs in a child.
+
+
+def _versions(argument: dict[str, Any], progress: Progress) -> dict[str, PluginVersion]:
+    del progress
+    return dict(build_toolbox(Plan(**argument["plan"]), _registry(argument["allow"])).versions)
+
+
+def _compute(argument: dict[str, Any], progress: Progress) -> None:
+    """Run the stage of a call and store its result."""
+    call: StepCall = argument["call"]
+    registry, store = _registry(argument["allow"]), StepStore(Path(argument["steps"]))
+    plan = Plan(**call["plan"])
+    toolbox = build_toolbox(plan, registry)
+    if any(toolbox.versions.get(name) != version for name, version in call["versions"].items()):
+        raise StepFailure("plug-ins were changed while the design ran: retry it", stage=call["stage"])
+    stage = load_stages(argument["stages_at"])[call["stage"]]
+    inputs = _with_values(call["inputs"], store, record_types(toolbox.record_classes))
+    seen = {field: getattr(plan, name) for name, field in _CONTEXT_FIELDS.items() if name in stage.plan_fields}
+    try:
+        value = stage.function(inputs, _declared(plan, stage), toolbox, RunContext(progress=progress, **seen))
+    except (GripwrightError, MemoryError):
+        raise
+    except Exception as error:
+        plugin = _raised_by(error, registry)
+        if plugin is None:
+            raise
+        log.exception("the plug-in %s failed in the stage %s", plugin, call["stage"])
+        raise PluginFailure(f"{plugin} raised {type(error).__name__}: {error}", stage=call["stage"], plugin=plugin) from error
+    store.save(call["key"], dumps(value))
+
+
+def _registry(allow: Sequence[str] | None) -> Registry:
+    return installed_registry(None if allow is None else tuple(allow))
+
+
+def _declared(plan: Plan, stage: "Stage") -> Plan:
+    """The plan with the fields that the stage declares and no others: what is not in a step's key must not reach the step."""
+    seen = plan.model_copy()
+    for name in set(Plan.model_fields) - set(stage.plan_fields):
+        del seen.__dict__[name]
+    return seen
+
+
+def _with_values(node: Any, store: StepStore, types: RecordTypes) -> Any:
+    """The inputs of a call, stored results in place of their refs."""
+    if isinstance(node, Mapping):
+        if set(node) == {"ref"}:
+            return _stored(store, node["ref"], types)
+        return {name: _with_values(item, store, types) for name, item in node.items()}
+    if isinstance(node, list | tuple):
+        return [_with_values(item, store, types) for item in node]
+    return node
+
+
+def _raised_by(error: BaseException, registry: Registry) -> str | None:
+    """The plug-in in whose method an exception was raised."""
+    names = {plugin.plugin: plugin.name for plugin in registry.plugins}
+    found = None
+    for frame, _ in traceback.walk_tb(error.__traceback__):
+        found = names.get(type(frame.f_locals.get("self")), found)
+    return found

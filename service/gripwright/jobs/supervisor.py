@@ -1,0 +1,70 @@
+"""Keeps N worker processes alive beside the API process; one that ends is started again, more slowly where it ends at once."""
+
+import logging
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Sequence
+
+from gripwright.settings import Settings
+
+log = logging.getLogger(__name__)
+
+LIFELINE = "GRIPWRIGHT_LIFELINE"
+"""Environment variable of an embedded worker: its standard input closes when its supervisor dies, and it ends then."""
+
+_LOOK_S = 0.2
+_PAUSE_MAX_S = 10.0
+_HEALTHY_S = 10.0  # a worker that lived so long is started again without a pause
+_END_S = 5.0
+
+WORKER = (sys.executable, "-m", "gripwright.jobs.worker")
+
+
+class Supervisor:
+    """`start` returns at once; `stop` ends the workers and waits for them."""
+
+    def __init__(self, settings: Settings, command: Sequence[str] = WORKER) -> None:
+        self._environment = {**os.environ, "GRIPWRIGHT_DATA": str(settings.data_dir), LIFELINE: "1"}
+        self._command = list(command)
+        self._count = settings.workers
+        self._stop = threading.Event()
+        self._threads: list[threading.Thread] = []
+
+    def start(self) -> None:
+        """Start the workers."""
+        for number in range(self._count):
+            thread = threading.Thread(target=self._keep_alive, name=f"supervisor-{number}", daemon=True)
+            thread.start()
+            self._threads.append(thread)
+
+    def stop(self) -> None:
+        """End the workers. Designs that run are continued at the next start."""
+        self._stop.set()
+        for thread in self._threads:
+            thread.join()
+
+    def _keep_alive(self) -> None:
+        pause_s = _LOOK_S
+        while not self._stop.is_set():
+            started_s = time.monotonic()
+            worker = subprocess.Popen(self._command, stdin=subprocess.PIPE, env=self._environment, start_new_session=True)
+            while worker.poll() is None and not self._stop.wait(_LOOK_S):
+                pass
+            if self._stop.is_set():
+                _end(worker)
+                return
+            pause_s = _LOOK_S if time.monotonic() - started_s > _HEALTHY_S else min(2.0 * pause_s, _PAUSE_MAX_S)
+            log.warning("a worker ended with code %s; the next starts in %.1f s", worker.returncode, pause_s)
+            self._stop.wait(pause_s)
+
+
+def _end(worker: "subprocess.Popen[bytes]") -> None:
+    worker.terminate()
+    try:
+        worker.wait(_END_S)
+    except subprocess.TimeoutExpired:
+        worker.kill()
+        worker.wait()

@@ -1,0 +1,122 @@
+"""A worker process: takes queued designs to the job engine, and cleans up after workers that died."""
+
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from gripwright.jobs.child import Limits
+from gripwright.jobs.dbos_engine import DbosEngine
+from gripwright.jobs.deliveries import DeliveryLoop
+from gripwright.jobs.engine import DesignJobs, JobEngine, StepFailure, problem_of
+from gripwright.jobs.slots import Slots
+from gripwright.jobs.steps import Workshop
+from gripwright.jobs.supervisor import LIFELINE
+from gripwright.jobs.workflow import DesignOffice
+from gripwright.settings import Settings, load_settings
+from gripwright.store.jobs import open_design_jobs
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+log = logging.getLogger(__name__)
+
+_DISPATCH_S = 0.2
+_SWEEP_S = 2.0
+_DESIGNS_A_LOOK = 100
+
+
+def run_worker(settings: Settings) -> None:
+    """Work until SIGTERM or SIGINT. What runs then is continued by the next worker."""
+    from gripwright.design.pipeline import design
+
+    workshop = workshop_of(settings)
+    office = DesignOffice(jobs=open_design_jobs(settings), workshop=workshop, pipeline=design)
+    deliveries = DeliveryLoop(settings)
+    deliveries.start()
+    work(office, settings)
+    deliveries.stop()
+
+
+def work(office: DesignOffice, settings: Settings) -> None:
+    """Run the designs of an office until the process is told to end."""
+    stop = threading.Event()
+    _on_end(stop.set)
+    slots = Slots(settings.data_dir / "workers")
+    slot = slots.take()
+    engine = DbosEngine(office, database_url=jobs_database_url(settings), executor=slot.executor)
+    engine.start()
+    log.info("worker %s is ready", slot.executor)
+    next_sweep_s = time.monotonic() + _SWEEP_S
+    while not stop.wait(_DISPATCH_S):
+        dispatch(office.jobs, engine)
+        if time.monotonic() >= next_sweep_s:
+            sweep(office.jobs, engine, slots)
+            next_sweep_s = time.monotonic() + _SWEEP_S
+    engine.stop()
+
+
+def dispatch(jobs: DesignJobs, engine: JobEngine) -> None:
+    """Give what is queued to the engine. Two workers may do it at the same time: to submit twice changes nothing."""
+    for design_id, attempt in jobs.undispatched(_DESIGNS_A_LOOK):
+        engine.submit(design_id, attempt)
+        jobs.mark_dispatched(design_id, attempt)
+
+
+def sweep(jobs: DesignJobs, engine: JobEngine, slots: Slots) -> None:
+    """Continue what dead workers of this host left behind, and fail what nobody will ever continue."""
+    for slot in slots.abandoned():
+        engine.take_over(slot.executor)
+        slot.release()
+    for design_id, attempt in jobs.running():
+        if engine.state(design_id, attempt) != "active":
+            error = StepFailure("its worker was replaced by another version while it ran: retry continues from what is stored")
+            jobs.fail(design_id, attempt, problem_of(error))
+
+
+def workshop_of(settings: Settings) -> Workshop:
+    """The workshop that the settings describe."""
+    return Workshop(
+        data_dir=settings.data_dir,
+        plugins_allow=settings.plugins_allow,
+        limits=Limits(memory_mb=settings.step_memory_mb, timeout_s=settings.step_timeout_s),
+    )
+
+
+def jobs_database_url(settings: Settings) -> str:
+    """Where the engine keeps its own tables: a file of its own, so that its polling never blocks the service's."""
+    return settings.jobs_database_url or f"sqlite:///{settings.data_dir / 'jobs.sqlite'}"
+
+
+def _on_end(end: Callable[[], None]) -> None:
+    """Call `end` at SIGTERM and SIGINT, and where the supervisor dies."""
+
+    def handler(number: int, frame: "FrameType | None") -> None:
+        del number, frame
+        end()
+
+    signal.signal(signal.SIGTERM, handler)
+    signal.signal(signal.SIGINT, handler)
+
+    def watch_lifeline() -> None:
+        sys.stdin.buffer.read()
+        end()
+
+    if LIFELINE in os.environ:
+        threading.Thread(target=watch_lifeline, daemon=True, name="lifeline").start()
+
+
+def main() -> None:
+    """`python -m gripwright.jobs.worker`."""
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    run_worker(load_settings())
+    logging.shutdown()
+    os._exit(0)  # threads of the engine wait for steps that somebody else will continue
+
+
+if __name__ == "__main__":
+    main()

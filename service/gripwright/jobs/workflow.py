@@ -1,0 +1,88 @@
+"""One attempt of a design from its snapshot to its end, whatever engine carries it."""
+
+import json
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from gripwright.design.pipeline import Ref, Runner
+from gripwright.design.plan import Plan, plan_of
+from gripwright.design.records import loads, record_types
+from gripwright.design.toolbox import PluginVersion, record_classes
+from gripwright.domain.assembly import AssemblyTask
+from gripwright.domain.errors import Cancelled, GripwrightError
+from gripwright.domain.gripper import Actuator
+from gripwright.jobs.engine import DesignJobs, problem_of
+from gripwright.jobs.steps import Workshop, resolve_plan
+from gripwright.store.jobs import DesignSnapshot
+
+log = logging.getLogger(__name__)
+
+Pipeline = Callable[[AssemblyTask, tuple[Actuator, ...], Plan, Runner], Ref]
+"""`design.pipeline.design`: the calculation as a whole; the ref of its result."""
+
+Resolved = dict[str, Any]
+"""A checked plan and the exact plug-ins it means, as JSON: {"plan", "versions"}."""
+
+_DEFECT: dict[str, Any] = {
+    "code": "internal",
+    "title": "internal",
+    "detail": "the design failed for a reason that is not in its input; the log has it",
+    "stage": None,
+    "plugin": None,
+    "errors": [],
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DesignOffice:
+    """What running a design takes: the database, the workshop and the calculation."""
+
+    jobs: DesignJobs
+    workshop: Workshop
+    pipeline: Pipeline
+
+    def resolve(self, design_id: str) -> Resolved:
+        """The plan of a design and its plug-ins, checked."""
+        plan, versions = resolve_plan(self.workshop, plan_of(self.jobs.snapshot(design_id).options))
+        return {"plan": plan.model_dump(mode="json"), "versions": versions}
+
+
+def run_design(
+    office: DesignOffice,
+    design_id: str,
+    attempt: int,
+    *,
+    resolve: Callable[[], Resolved],
+    runner: Callable[[Plan, dict[str, PluginVersion]], Runner],
+) -> None:
+    """Run an attempt to its end and record how it ended. Ending twice changes nothing, so it may be run again after a crash."""
+    jobs = office.jobs
+    if not jobs.start(design_id, attempt):
+        return
+    try:
+        resolved = resolve()
+        plan = Plan(**resolved["plan"])
+        files = _compute(office, jobs.snapshot(design_id), plan, runner(plan, resolved["versions"]))
+        document = json.loads(files["design.json"])
+        stored = {path: office.workshop.artifacts.put(data) for path, data in files.items()}
+        jobs.finish(design_id, attempt, document["status"], document, stored)
+    except Cancelled:
+        jobs.cancelled(design_id, attempt)
+    except GripwrightError as error:
+        jobs.fail(design_id, attempt, problem_of(error))
+    except Exception:
+        log.exception("design %s failed", design_id)
+        jobs.fail(design_id, attempt, _DEFECT)
+
+
+def _compute(office: DesignOffice, snapshot: DesignSnapshot, plan: Plan, runner: Runner) -> dict[str, bytes]:
+    """The files of the design folder by their paths."""
+    types, artifacts = record_types(record_classes()), office.workshop.artifacts
+    task = loads(artifacts.get(snapshot.task_sha256), types)
+    actuators = loads(artifacts.get(snapshot.actuators_sha256), types)
+    result = office.pipeline(task, actuators, plan, runner)
+    (folder,) = runner.map("export", [{"result": {"ref": result}}])
+    files: dict[str, bytes] = runner.get(folder)
+    return files
