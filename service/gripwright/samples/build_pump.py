@@ -36,6 +36,7 @@ OUTPUT = Path(__file__).parent / "pump"
 STEEL, ALUMINIUM = 7850.0, 2700.0  # kg/m³
 FINE, MEDIUM, COARSE = 3.0001, 5.0001, 9.0001  # degrees: 120, 72 or 40 chords a circle, sagitta at most 0.03 mm
 SHAFT_X, GEAR_X = -180.0, 180.0
+KEY_X = 10.0  # off the carrier's axis
 GEAR_MODULE, GEAR_TEETH, PINION_TEETH = 1.25, 40, 15
 
 Point = tuple[float, float, float]
@@ -90,18 +91,19 @@ def make_front_cover() -> Part:
 
 def make_rotor() -> Part:
     """Six coaxial segments, modelled with the collar down; the keyway is in the collar's face."""
-    vanes = block(44, 44, 32, 41.5) & disc(60, 32, 41.5)
+    vanes = block(44, 44, 34, 41.5) & disc(60, 34, 41.5)
     for turn in range(8):
-        vanes -= Rot(0, 0, 22.5 + 45.0 * turn) * Pos(24, 0, 32) * Box(20, 4, 9.5, align=FLAT)
-    body = disc(50, 0, 8) + disc(30, 8, 24) + disc(60.5, 24, 32) + vanes + disc(24, 41.5, 60) + disc(16, 60, 82)
-    return body - Pos(14, 0, 0) * Box(12, 4.5, 3, align=FLAT)
+        vanes -= Rot(0, 0, 22.5 + 45.0 * turn) * Pos(29, 0, 34) * Box(20, 4, 7.5, align=FLAT)
+    body = disc(50, 0, 8) + disc(30, 8, 24) + disc(60.5, 24, 32) + disc(24, 32, 34)
+    body += vanes + disc(24, 41.5, 60) + disc(16, 60, 82)
+    return body - Pos(KEY_X, 0, 0) * Box(12, 4.5, 3, align=FLAT)
 
 
 def make_carrier() -> Part:
-    """Disc Ø55 with a pocket off its axis, which the key is sunk in, over a keyway of the key's thickness."""
-    pocket = Pos(14, 0, 2) * Box(12, 24, 28, align=FLAT)
-    keyway = Pos(14, 0, 0) * Box(12, 4.5, 2, align=FLAT)
-    return disc(55, 0, 30) - pocket - keyway
+    """Flange Ø55 under a hub, with a pocket off its axis, which the key is sunk in, over a keyway."""
+    pocket = Pos(KEY_X, 0, 2) * Box(12, 24, 28, align=FLAT)
+    keyway = Pos(KEY_X, 0, 0) * Box(12, 4.5, 2, align=FLAT)
+    return disc(55, 0, 8) + disc(44, 8, 30) - pocket - keyway
 
 
 def make_inner_sleeve() -> Part:
@@ -133,9 +135,9 @@ def make_boss_block() -> Part:
 
 
 def make_gear() -> Part:
-    """Involute teeth over a flange Ø53 that is a little wider than they are."""
-    teeth = SpurGear(GEAR_MODULE, GEAR_TEETH, 20, 19, align=FLAT)
-    return disc(53, 0, 8) + Pos(0, 0, 8) * teeth - disc(26.1, 0, 27)
+    """Involute teeth, a relief, and a flange Ø53 that is a little wider than they are."""
+    teeth = SpurGear(GEAR_MODULE, GEAR_TEETH, 20, 17, align=FLAT)
+    return disc(53, 0, 8) + disc(42, 8, 10) + Pos(0, 0, 10) * teeth - disc(26.1, 0, 27)
 
 
 def make_key() -> Part:
@@ -175,7 +177,7 @@ COMPONENTS = (
     Made("boss-block", "Block with boss", make_boss_block, Pos(GEAR_X, 0, 0) * Rot(0, 0, 90), ALUMINIUM, 100),
     Made("gear", "Gear", make_gear, Pos(GEAR_X, 0, 12), STEEL, 100,
          (Marked("gear teeth", (-27, -27, 8.1), (27, 27, 27.1)),)),
-    Made("key", "Key", make_key, Pos(14, 0, 71) * Rot(90, 0, 0) * Pos(0, 4.5, -2.2), STEEL, 120),
+    Made("key", "Key", make_key, Pos(KEY_X, 0, 71) * Rot(90, 0, 0) * Pos(0, 4.5, -2.2), STEEL, 120),
     Made("nut", "Nut", make_nut, Pos(SHAFT_X, 0, 54) * Rot(0, 0, 15), STEEL, 100),
     Made("flanged-sleeve", "Flanged sleeve", make_flanged_sleeve, Pos(SHAFT_X, 0, 59), STEEL, 100),
 )  # fmt: skip
