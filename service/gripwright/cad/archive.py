@@ -63,7 +63,9 @@ class ArchiveFiles:
             with self._archive.open(self._entries[name]) as stream:
                 data = stream.read(self._limits.max_file_bytes + 1)
         except (zipfile.BadZipFile, EOFError, NotImplementedError, OSError, ValueError) as error:
-            raise InvalidInput("the archive is damaged", faults=(Fault(name, f"cannot be decompressed: {error}"),)) from None
+            raise InvalidInput(
+                f"{name} cannot be decompressed: {error}", faults=(Fault(name, f"cannot be decompressed: {error}"),)
+            ) from None
         self._total += len(data)
         _check_size(name, len(data), self._total, self._limits)
         return data

@@ -45,12 +45,14 @@ def main() -> None:
 
 
 def _answer(header: dict[str, Any], data: bytes, limits: Limits) -> tuple[dict[str, Any], list[Mesh]]:
-    from gripwright.cad import read, step  # after the limits were set, and only here: the parsers are C++
+    from gripwright.cad import read  # after the limits were set
 
     if header["task"] == "mesh":
         meshes = [read.read_mesh(data, header["format"], header["units"], limits)]
         answer: dict[str, Any] = {}
     else:
+        from gripwright.cad import step
+
         assembly = step.read_step_assembly(data)
         meshes = [read.checked(mesh) for mesh in assembly.meshes]
         instances = [

@@ -13,6 +13,8 @@ _MESSAGES = {
     "extra_forbidden": "unknown field",
     "model_type": "must be an object",
     "tuple_type": "must be a list",
+    "too_short": "at least {min_length} needed, {actual_length} given",
+    "too_long": "at most {max_length} allowed, {actual_length} given",
 }
 
 
@@ -59,7 +61,8 @@ def faults_of(error: ValidationError, *prefix: str | int) -> list[Fault]:
     """The faults of a document that is not what its model says; `prefix` leads to the part that was validated."""
     faults = []
     for entry in error.errors(include_url=False):
-        at = entry.get("ctx", {}).get("at")  # a validator of a whole object names the member that it blames
-        steps = (*prefix, *entry["loc"], *(at or ()))
-        faults.append(Fault(pointer=pointer(*steps), message=_MESSAGES.get(entry["type"], entry["msg"])))
+        context = entry.get("ctx", {})
+        steps = (*prefix, *entry["loc"], *context.get("at", ()))  # a validator of a whole object names the member that it blames
+        message = _MESSAGES[entry["type"]].format_map(context) if entry["type"] in _MESSAGES else entry["msg"]
+        faults.append(Fault(pointer=pointer(*steps), message=message))
     return faults

@@ -120,7 +120,7 @@ def _read_meshes(
                 try:
                     data = files.read(use.file)
                     meshes[use.file, use.units] = reader.mesh(use.file, data, str(format_of(use.file)), use.units)
-                except InvalidGeometry as error:
+                except (InvalidGeometry, InvalidInput) as error:
                     faults.append(Fault(f"{use.pointer}/file", error.detail))
                 except LimitExceeded as error:
                     fault = Fault(f"{use.pointer}/file", error.detail)

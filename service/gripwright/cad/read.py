@@ -10,7 +10,6 @@ import trimesh
 from gripwright.cad.archive import open_archive
 from gripwright.cad.formats import STATES_UNITS
 from gripwright.cad.limits import DEFAULT_LIMITS, Limits
-from gripwright.cad.step import read_step_mesh
 from gripwright.domain.errors import InvalidGeometry
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
 from gripwright.geometry.codec import MM_PER_UNIT, mesh_in_mm
@@ -29,6 +28,8 @@ def read_mesh(data: bytes, format: str, units: str | None, limits: Limits = DEFA
     3MF file states its unit, which `units` must not contradict. Axes stay as they are in every format.
     """
     if format == "step":
+        from gripwright.cad.step import read_step_mesh  # half a second that mesh files need not wait
+
         mesh = read_step_mesh(data, units)
     elif format == "obj":
         mesh = mesh_in_mm(*_read_obj(data), _stated(format, units))
