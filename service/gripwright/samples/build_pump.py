@@ -34,7 +34,7 @@ from build123d import (
 
 OUTPUT = Path(__file__).parent / "pump"
 STEEL, ALUMINIUM = 7850.0, 2700.0  # kg/m³
-FINE, MEDIUM, COARSE = 3.0001, 5.0001, 9.0001  # degrees: 120, 72 or 40 chords a circle, sagitta at most 0.03 mm
+FINE, MEDIUM = 3.0001, 5.0001  # degrees: 120 or 72 chords a circle, divisible by 3, sagitta at most 0.03 mm
 SHAFT_X, GEAR_X = -180.0, 180.0
 KEY_X = 10.0  # off the carrier's axis
 GEAR_MODULE, GEAR_TEETH, PINION_TEETH = 1.25, 40, 15
@@ -170,7 +170,7 @@ COMPONENTS = (
     Made("inner-sleeve", "Inner sleeve", make_inner_sleeve, Pos(SHAFT_X, 0, -6), STEEL, 120,
          (Marked("ground journal", (-6, -6, 16.1), (6, 6, 40.1)),)),
     Made("shaft", "Shaft", make_shaft, Pos(SHAFT_X, 0, 10) * Rot(0, -90, 0), STEEL, 120,
-         (Marked("screw thread", (44.1, -6, -6), (64.1, 6, 6)),), COARSE),
+         (Marked("screw thread", (44.1, -6, -6), (64.1, 6, 6)),)),
     Made("gear-block", "Gear block", make_gear_block, Pos(GEAR_X, 58, 0), STEEL, 100,
          (Marked("gear teeth", (-12, -12, 14.1), (12, 12, 21.1)),)),
     Made("sleeve", "Sleeve", make_sleeve, Pos(SHAFT_X, 0, 10), STEEL, 120),
