@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 from scipy.spatial import cKDTree
 
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray
@@ -134,14 +135,36 @@ def _circles(samples: SurfaceSamples, pairs: IntArray, axes: FloatArray) -> Cyli
 
 def support_mm2(samples: SurfaceSamples, hypotheses: CylinderHypotheses) -> FloatArray:
     """Area of the samples that follow each hypothesis, (h, s), fading with their distance (MSAC)."""
-    p, n = samples.points_mm, samples.normals
-    along = p @ hypotheses.axes.T  # (s, h)
-    towards = p @ hypotheses.points_mm.T
-    square = (p**2).sum(axis=1)[:, None] - 2.0 * towards + (hypotheses.points_mm**2).sum(axis=1) - along**2
-    distance = np.sqrt(np.maximum(square, 1e-300))  # (s, h) from the axis
-    tilt = n @ hypotheses.axes.T
-    outwards = ((n * p).sum(axis=1)[:, None] - n @ hypotheses.points_mm.T - tilt * along) / distance * hypotheses.signs
-    band = np.minimum(_BAND * samples.size_mm, _BAND_OF_RADIUS * hypotheses.radii_mm)
-    closeness = 1.0 - ((distance - hypotheses.radii_mm) / band) ** 2
-    follows = np.where((outwards > _NORMAL_COSINE) & (np.abs(tilt) < _TILT), np.maximum(closeness, 0.0), 0.0)  # (s, h)
-    return np.asarray((follows * samples.areas_mm2[:, None]).T)
+    band = np.minimum(_BAND * samples.size_mm, _BAND_OF_RADIUS * hypotheses.radii_mm)  # (h,)
+    closeness = _closeness(
+        samples.points_mm, samples.normals, hypotheses.points_mm, hypotheses.axes, hypotheses.radii_mm, hypotheses.signs, band
+    )
+    return np.asarray(closeness * samples.areas_mm2)
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _closeness(
+    points: FloatArray,
+    normals: FloatArray,
+    centres: FloatArray,
+    axes: FloatArray,
+    radii: FloatArray,
+    signs: FloatArray,
+    band: FloatArray,
+) -> FloatArray:
+    """1 on a hypothesis's surface, 0 from `band` on and where the normal does not fit, (h, s)."""
+    result = np.zeros((len(radii), len(points)))
+    for h in range(len(radii)):
+        ax, ay, az = axes[h]
+        for s in range(len(points)):
+            nx, ny, nz = normals[s]
+            if abs(nx * ax + ny * ay + nz * az) >= _TILT:
+                continue
+            x, y, z = points[s, 0] - centres[h, 0], points[s, 1] - centres[h, 1], points[s, 2] - centres[h, 2]
+            along = x * ax + y * ay + z * az
+            x, y, z = x - along * ax, y - along * ay, z - along * az
+            distance = np.sqrt(x * x + y * y + z * z)
+            if (x * nx + y * ny + z * nz) * signs[h] > _NORMAL_COSINE * distance:
+                off = (distance - radii[h]) / band[h]
+                result[h, s] = max(1.0 - off * off, 0.0)
+    return result

@@ -3,13 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
 from gripwright.geometry.facets import coplanar_patches
 from gripwright.geometry.frames import any_perpendicular
 
 _ITERATIONS = 30
-_CONVERGED = 1e-12  # relative to the spread of the points
+_CONVERGED = 1e-10  # relative change of the sum of squares
+_SINGULAR = 1e14  # condition number
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,78 +67,88 @@ def fit_cylinder(points_mm: FloatArray, point_mm: FloatArray, axis: FloatArray, 
     if spread <= 0:
         return None
     points = (points_mm - centroid) / spread  # (n, 3), of size 1
-    state = _CylinderState.start(points, (point_mm - centroid) / spread, axis, radius_mm / spread)
+    point, direction, radius, cost, normal = _least_squares(
+        points, (point_mm - centroid) / spread, axis / np.linalg.norm(axis), radius_mm / spread
+    )
+    if not radius > 0 or np.linalg.cond(normal) > _SINGULAR:
+        return None
+    covariance = cost / max(len(points) - 5, 1) * np.linalg.inv(normal)
+    return CylinderFit(
+        point_mm=point * spread + centroid,
+        axis=direction,
+        radius_mm=radius * spread,
+        rms_mm=float(np.sqrt(cost / len(points))) * spread,
+        radius_sigma_mm=float(np.sqrt(max(covariance[4, 4], 0.0))) * spread,
+        axis_sigma_rad=float(np.sqrt(max(covariance[0, 0] + covariance[1, 1], 0.0))),
+    )
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _least_squares(
+    points: FloatArray, point: FloatArray, axis: FloatArray, radius: float
+) -> tuple[FloatArray, FloatArray, float, float, FloatArray]:
+    """Levenberg–Marquardt over two tilts of the axis, two shifts and the radius.
+
+    Points (n, 3) around their centroid; returns the point of the axis nearest to it, axis, radius, sum of squares and JᵀJ.
+    """
+    cost, normal, gradient, e1, e2 = _normal_equations(points, point, axis, radius)
     damping = 1e-3
     for _ in range(_ITERATIONS):
-        step = state.step(damping)
-        trial = state.moved(points, step)
-        if trial.cost <= state.cost:
+        damped = normal + np.diag(np.diag(normal)) * damping + np.eye(5) * (1e-15 * len(points))
+        step = np.linalg.solve(damped, gradient)
+        new_axis = axis + step[0] * e1 + step[1] * e2
+        new_axis /= np.sqrt((new_axis * new_axis).sum())
+        new_point = point + step[2] * e1 + step[3] * e2
+        new_point = new_point - new_axis * (new_point * new_axis).sum()
+        new_radius = radius + step[4]
+        trial = _normal_equations(points, new_point, new_axis, new_radius)
+        if trial[0] <= cost:
+            done = cost - trial[0] <= _CONVERGED * cost or trial[0] <= _CONVERGED**2 * len(points)
+            cost, normal, gradient, e1, e2 = trial
+            point, axis, radius = new_point, new_axis, new_radius
             damping = max(damping / 10.0, 1e-12)
-            done = state.cost - trial.cost <= _CONVERGED * state.cost or trial.cost <= _CONVERGED**2 * len(points)
-            state = trial
             if done:
                 break
         else:
             damping *= 10.0
             if damping > 1e8:
                 break
-    return state.result(points, centroid, spread)
+    return point, axis, radius, cost, normal
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _CylinderState:
-    """One iterate: residuals and their Jacobian in (tilt about e2, tilt about e1, shift along e1, shift along e2, radius)."""
-
-    point: FloatArray
-    axis: FloatArray
-    radius: float
-    e1: FloatArray
-    e2: FloatArray
-    residuals: FloatArray  # (n,)
-    jacobian: FloatArray  # (n, 5)
-    cost: float
-
-    @classmethod
-    def start(cls, points: FloatArray, point: FloatArray, axis: FloatArray, radius: float) -> "_CylinderState":
-        axis = axis / np.linalg.norm(axis)
-        point = point - axis * (point @ axis)  # nearest to the centroid, which is the origin
-        e1 = any_perpendicular(axis)
-        e2 = np.cross(axis, e1)
-        v = points - point
-        along = v @ axis  # (n,)
-        x, y = v @ e1, v @ e2
-        length = np.maximum(np.hypot(x, y), 1e-300)
-        ux, uy = x / length, y / length
-        jacobian = np.stack([-along * ux, -along * uy, -ux, -uy, -np.ones_like(ux)], axis=1)
-        residuals = length - radius
-        cost = float(residuals @ residuals)
-        return cls(point=point, axis=axis, radius=radius, e1=e1, e2=e2, residuals=residuals, jacobian=jacobian, cost=cost)
-
-    def step(self, damping: float) -> FloatArray:
-        normal = self.jacobian.T @ self.jacobian
-        normal[np.diag_indices(5)] *= 1.0 + damping
-        normal[np.diag_indices(5)] += 1e-15 * len(self.residuals)
-        return np.asarray(np.linalg.solve(normal, -self.jacobian.T @ self.residuals))
-
-    def moved(self, points: FloatArray, step: FloatArray) -> "_CylinderState":
-        axis = self.axis + step[0] * self.e1 + step[1] * self.e2
-        point = self.point + step[2] * self.e1 + step[3] * self.e2
-        return _CylinderState.start(points, point, axis, self.radius + float(step[4]))
-
-    def result(self, points: FloatArray, centroid: FloatArray, spread: float) -> CylinderFit | None:
-        normal = self.jacobian.T @ self.jacobian
-        if self.radius <= 0 or np.linalg.cond(normal) > 1e14:
-            return None
-        variance = self.cost / max(len(points) - 5, 1)
-        covariance = variance * np.linalg.inv(normal)
-        return CylinderFit(
-            point_mm=self.point * spread + centroid,
-            axis=self.axis,
-            radius_mm=self.radius * spread,
-            rms_mm=float(np.sqrt(self.cost / len(points))) * spread,
-            radius_sigma_mm=float(np.sqrt(max(covariance[4, 4], 0.0))) * spread,
-            axis_sigma_rad=float(np.sqrt(max(covariance[0, 0] + covariance[1, 1], 0.0))),
-        )
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _normal_equations(
+    points: FloatArray, point: FloatArray, axis: FloatArray, radius: float
+) -> tuple[float, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Sum of squared distances, JᵀJ (5, 5), −Jᵀd (5,) and the two directions of tilt and shift."""
+    least = 0
+    for k in range(1, 3):
+        if abs(axis[k]) < abs(axis[least]):
+            least = k
+    e1 = -axis[least] * axis
+    e1[least] += 1.0
+    e1 /= np.sqrt((e1 * e1).sum())
+    e2 = np.cross(axis, e1)
+    normal, gradient, row, cost = np.zeros((5, 5)), np.zeros(5), np.empty(5), 0.0
+    row[4] = -1.0
+    for i in range(len(points)):
+        vx, vy, vz = points[i, 0] - point[0], points[i, 1] - point[1], points[i, 2] - point[2]
+        x = vx * e1[0] + vy * e1[1] + vz * e1[2]
+        y = vx * e2[0] + vy * e2[1] + vz * e2[2]
+        z = vx * axis[0] + vy * axis[1] + vz * axis[2]
+        length = max(np.sqrt(x * x + y * y), 1e-300)
+        row[2], row[3] = -x / length, -y / length
+        row[0], row[1] = z * row[2], z * row[3]
+        distance = length - radius
+        cost += distance * distance
+        for a in range(5):
+            gradient[a] -= row[a] * distance
+            for b in range(a + 1):
+                normal[a, b] += row[a] * row[b]
+    for a in range(5):
+        for b in range(a):
+            normal[b, a] = normal[a, b]
+    return cost, normal, gradient, e1, e2
 
 
 def cylinder_from_curvature(points_mm: FloatArray) -> tuple[FloatArray, FloatArray, float] | None:
