@@ -7,22 +7,17 @@ import numpy as np
 from pydantic import Field
 
 from gripwright.domain.assembly import Component
-from gripwright.domain.shape import FloatArray, Mesh, Segment
-from gripwright.geometry.adjacency import Adjacency, edge_lengths_mm, exterior_angles_rad, face_adjacency
+from gripwright.domain.shape import FloatArray, IntArray, Mesh, Segment
+from gripwright.geometry.adjacency import edge_lengths_mm, exterior_angles_rad, face_adjacency
 from gripwright.geometry.measures import face_areas_mm2, face_centres_mm
 from gripwright.geometry.shape_diameter import filled, shape_diameters_mm
 from gripwright.geometry.smooth import bilateral
 from gripwright.plugin_api import Params, RunContext
+from gripwright_builtin.segmenters.energy import Energy, area_energy, border_shares, published_energy
 from gripwright_builtin.segmenters.graph_cut import alpha_expansion
-from gripwright_builtin.segmenters.segments import connected_parts, merged_small, segments_of
+from gripwright_builtin.segmenters.segments import Surface, connected_parts, divided_at_creases, merged_small, segments_of
 from gripwright_builtin.segmenters.soft_clustering import cluster_probabilities
 
-PROBABILITY_MIN = 5e-6
-CONVEX_FACTOR = 0.08
-"""A convex edge counts as this part of its angle: people cut along concave creases (minima rule)."""
-SMOOTHNESS_SCALE = 100.0
-REFERENCE_FACES = 20_000
-"""The area-weighted energy equals the published one on an even mesh of so many faces."""
 WINDOW = 0.03
 """Radius of the smoothing window, as a fraction of the square root of the surface's area."""
 LOGARITHM_SCALE = 5.0
@@ -40,10 +35,19 @@ class SdfSegmenter:
         clusters: int = Field(5, ge=1, le=50, description="Levels of thickness that are told apart.")
         smoothness: float = Field(0.26, ge=0.0, le=1.0, description="Weight of short borders against thickness.")
         energy: Literal["area", "published"] = Field(
-            "area", description="area: independent of the tessellation; published: each face and edge counts alike, as in CGAL."
+            "area",
+            description="area: independent of the tessellation, borders at creases; published: every face and edge counts "
+            "alike, as in CGAL, and connected labels are the segments.",
         )
         min_area: float = Field(
-            0.003, ge=0.0, lt=1.0, description="Smaller segments, as a fraction of the surface, join a neighbour."
+            0.005, ge=0.0, lt=1.0, description="Smaller segments, as a fraction of the surface, join a neighbour (energy area)."
+        )
+        crease_area: float = Field(
+            0.03,
+            gt=0.0,
+            le=1.0,
+            description="Pieces of a segment that concave creases or the rims of a bore separate become segments from this "
+            "fraction of the surface on (energy area).",
         )
 
     key: ClassVar[str] = "sdf"
@@ -59,43 +63,45 @@ class SdfSegmenter:
             raw = shape_diameters_mm(mesh, params.rays, np.radians(params.cone_angle))
         ctx.progress(0.5, "shape diameters")
         with ctx.timed("segment.adjacency"):
-            adjacency = face_adjacency(mesh)
-            areas = face_areas_mm2(mesh)
+            surface = _surface(mesh)
         with ctx.timed("segment.smooth"):
-            window = WINDOW * np.sqrt(areas.sum())
-            smooth = bilateral(filled(raw, adjacency.pairs), face_centres_mm(mesh), areas, adjacency.pairs, window)
+            window = WINDOW * np.sqrt(surface.areas_mm2.sum())
+            diameters = filled(raw, surface.pairs)
+            diameters = bilateral(diameters, face_centres_mm(mesh), surface.areas_mm2, surface.pairs, window)
         with ctx.timed("segment.cluster"):
-            weights = areas if params.energy == "area" else np.ones_like(areas)
-            probabilities = cluster_probabilities(_normalised(smooth), weights, params.clusters)
-        ctx.progress(0.7, "thickness clusters")
+            by_area = params.energy == "area"
+            weights = surface.areas_mm2 if by_area else np.ones_like(surface.areas_mm2)
+            probabilities = cluster_probabilities(_normalised(diameters), weights, params.clusters, common_spread=by_area)
+        ctx.progress(0.7, "levels of thickness")
         with ctx.timed("segment.cut"):
-            data, costs, borders = self._energy(mesh, adjacency, areas, probabilities)
-            labels = alpha_expansion(data, adjacency.pairs, costs)
+            energy = self._energy(probabilities, surface)
+            labels = alpha_expansion(energy.data, surface.pairs, energy.borders)
         ctx.progress(0.9, "borders")
         with ctx.timed("segment.components"):
-            parts = merged_small(connected_parts(labels, adjacency.pairs), adjacency.pairs, borders, areas, params.min_area)
-            return segments_of(component.mesh, parts)
+            return segments_of(component.mesh, self._parts(labels, surface))
 
-    def _energy(
-        self, mesh: Mesh, adjacency: Adjacency, areas: FloatArray, probabilities: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Costs of each face's labels (m, k) and of borders at each edge (e,); the latter by length and angle alone."""
-        data = -np.log(np.maximum(probabilities, PROBABILITY_MIN))
-        turn = border_costs(exterior_angles_rad(mesh, adjacency))
-        weight = SMOOTHNESS_SCALE * self._params.smoothness
-        lengths = edge_lengths_mm(mesh, adjacency)
+    def _energy(self, probabilities: FloatArray, surface: Surface) -> Energy:
         if self._params.energy == "published":
-            return data, weight * turn, turn * lengths
-        # An even mesh of N triangles of total area A has edges of length sqrt(4 A / (√3 N)).
-        face = areas.sum() / REFERENCE_FACES
-        edge = np.sqrt(4.0 * face / np.sqrt(3.0))
-        return data * (areas / face)[:, None], weight * turn * lengths / edge, turn * lengths
+            return published_energy(probabilities, surface.angles_rad, self._params.smoothness)
+        return area_energy(probabilities, surface.areas_mm2, surface.shares, surface.lengths_mm, self._params.smoothness)
+
+    def _parts(self, labels: IntArray, surface: Surface) -> IntArray:
+        parts = connected_parts(labels, surface.pairs)
+        if self._params.energy == "published":
+            return parts
+        return divided_at_creases(merged_small(parts, surface, self._params.min_area), surface, self._params.crease_area)
 
 
-def border_costs(exterior_angles_rad: FloatArray) -> FloatArray:
-    """Cost of a border along an edge, (e,): high where the surface is flat, low at concave creases, between at convex ones."""
-    share = np.abs(exterior_angles_rad) / np.pi * np.where(exterior_angles_rad > 0, CONVEX_FACTOR, 1.0)
-    return np.asarray(-np.log(np.clip(share, PROBABILITY_MIN, 1.0 - PROBABILITY_MIN)))
+def _surface(mesh: Mesh) -> Surface:
+    adjacency = face_adjacency(mesh)
+    angles = exterior_angles_rad(mesh, adjacency)
+    return Surface(
+        areas_mm2=face_areas_mm2(mesh),
+        pairs=adjacency.pairs,
+        angles_rad=angles,
+        lengths_mm=edge_lengths_mm(mesh, adjacency),
+        shares=border_shares(angles),
+    )
 
 
 def _normalised(values: FloatArray) -> FloatArray:

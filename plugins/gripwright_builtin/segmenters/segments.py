@@ -1,11 +1,30 @@
-"""From labels of faces to segments: connected, not too small, measured. Shared by segmenters."""
+"""From labels of faces to segments: connected, not too small, not too ragged, measured."""
+
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from gripwright.domain.shape import FloatArray, IntArray, Mesh, Segment
+from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh, Segment
 from gripwright.geometry.adjacency import connected_labels
 from gripwright.geometry.measures import face_areas_mm2
+
+RAGGED = 100.0
+"""A part whose border is longer than 10 times the root of its area is a strip, such as the flank of a thread: no segment."""
+CREASE_RAD = np.radians(40.0)
+HOLLOW = 0.5
+"""A patch is hollow when its mean curvature times the root of its area is below minus this (a closed bore is at −√(2πh/r))."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Surface:
+    """What the shape of a mesh says about borders between its faces."""
+
+    areas_mm2: FloatArray  # (m,)
+    pairs: IntArray  # (e, 2) faces
+    angles_rad: FloatArray  # (e,) exterior
+    lengths_mm: FloatArray  # (e,)
+    shares: FloatArray  # (e,) cost of a border for its length
 
 
 def connected_parts(labels: IntArray, pairs: IntArray) -> IntArray:
@@ -13,41 +32,88 @@ def connected_parts(labels: IntArray, pairs: IntArray) -> IntArray:
     return connected_labels(pairs[labels[pairs[:, 0]] == labels[pairs[:, 1]]], len(labels))
 
 
-def merged_small(parts: IntArray, pairs: IntArray, borders: FloatArray, areas: FloatArray, least: float) -> IntArray:
-    """Parts with those below the fraction `least` of the area joined, smallest first, to a neighbour, (m,).
+def divided_at_creases(parts: IntArray, surface: Surface, least: float) -> IntArray:
+    """Parts divided where concave creases, or the rims of a bore, separate pieces of the fraction `least` of the area, (m,).
 
-    Of its neighbours the one with the costliest common border (`borders`, (e,)): the one that it continues.
-    A part without neighbours stays.
+    Thickness alone cannot tell a flange from a wall as thick as it.
     """
-    size = np.bincount(parts, weights=areas)
+    pairs = surface.pairs
+    within = parts[pairs[:, 0]] == parts[pairs[:, 1]]
+    hollow = _hollow_faces(surface)
+    rim = hollow[pairs[:, 0]] != hollow[pairs[:, 1]]
+    sharp = np.abs(surface.angles_rad) > CREASE_RAD
+    apart = sharp & ((surface.angles_rad < 0) | rim)
+    pieces = connected_labels(pairs[within & ~apart], len(parts))
+    return merged_small(pieces, surface, least, within)
+
+
+def merged_small(parts: IntArray, surface: Surface, least: float, within: BoolArray | None = None) -> IntArray:
+    """Parts with those that are small or ragged joined, smallest first, to a neighbour, (m,).
+
+    Small is below the fraction `least` of the area. Of its neighbours (across the edges `within`, all where None) a part
+    joins the one with the costliest common border: the one that it continues. A part without neighbours stays.
+    """
+    size = np.bincount(parts, weights=surface.areas_mm2)
     limit = least * size.sum()
-    across: list[dict[int, float]] = [{} for _ in size]
-    ends = parts[pairs]  # (e, 2)
-    apart = ends[:, 0] != ends[:, 1]
-    keys, inverse = np.unique(np.sort(ends[apart], axis=1) @ np.array([len(size), 1]), return_inverse=True)
-    for key, cost in zip(keys.tolist(), np.bincount(inverse, weights=borders[apart]).tolist(), strict=True):
-        p, q = divmod(key, len(size))
-        across[p][q] = across[q][p] = cost
+    across = _borders(parts, surface, within)
+
+    def too_small(p: int) -> bool:
+        outline = sum(length for _, length in across[p].values())
+        return bool(across[p]) and bool(size[p] < limit or outline**2 > RAGGED * size[p])
+
     into = np.arange(len(size))
-    waiting = {int(p) for p in np.flatnonzero(size < limit) if across[p]}
+    waiting = {p for p in range(len(size)) if too_small(p)}
     while waiting:
         p = min(waiting, key=lambda i: (size[i], i))
-        q = max(across[p], key=lambda i: (across[p][i], -i))
-        for r, cost in across[p].items():
+        waiting.discard(p)
+        q = max(across[p], key=lambda i: (across[p][i][0], -i))
+        for r, (cost, length) in across[p].items():
             del across[r][p]
             if r != q:
-                across[q][r] = across[r][q] = across[q].get(r, 0.0) + cost
+                old_cost, old_length = across[q].get(r, (0.0, 0.0))
+                across[q][r] = across[r][q] = (old_cost + cost, old_length + length)
         into[into == p] = q
         size[q] += size[p]
-        waiting.discard(p)
-        if size[q] >= limit or not across[q]:
+        if too_small(q):
+            waiting.add(q)
+        else:
             waiting.discard(q)
     return np.asarray(into[parts])
 
 
+def _borders(parts: IntArray, surface: Surface, within: BoolArray | None) -> list[dict[int, tuple[float, float]]]:
+    """Cost and length of the border of each part with each neighbour."""
+    count = int(parts.max()) + 1
+    ends = np.sort(parts[surface.pairs], axis=1)  # (e, 2)
+    apart = ends[:, 0] != ends[:, 1]
+    if within is not None:
+        apart &= within
+    keys, inverse = np.unique(ends[apart] @ np.array([count, 1]), return_inverse=True)
+    lengths = surface.lengths_mm[apart]
+    costs = np.bincount(inverse, weights=lengths * surface.shares[apart], minlength=len(keys))
+    lengths = np.bincount(inverse, weights=lengths, minlength=len(keys))
+    across: list[dict[int, tuple[float, float]]] = [{} for _ in range(count)]
+    for key, cost, length in zip(keys.tolist(), costs.tolist(), lengths.tolist(), strict=True):
+        p, q = divmod(key, count)
+        across[p][q] = across[q][p] = (cost, length)
+    return across
+
+
+def _hollow_faces(surface: Surface) -> BoolArray:
+    """Faces of smooth patches that curve inwards, such as bores, (m,)."""
+    smooth = np.abs(surface.angles_rad) <= CREASE_RAD
+    patch = connected_labels(surface.pairs[smooth], len(surface.areas_mm2))
+    turn = np.bincount(
+        patch[surface.pairs[smooth, 0]],
+        weights=surface.angles_rad[smooth] * surface.lengths_mm[smooth],
+        minlength=int(patch.max()) + 1,
+    )
+    return np.asarray((turn < -HOLLOW * np.sqrt(np.bincount(patch, weights=surface.areas_mm2)))[patch])
+
+
 def segments_of(mesh: Mesh, parts: IntArray) -> tuple[Segment, ...]:
-    """One segment a part, numbered in order of first appearance among the faces of the file."""
-    numbers, first, part = np.unique(parts, return_index=True, return_inverse=True)
+    """One segment a part, numbered in order of first appearance among the faces."""
+    _, first, part = np.unique(parts, return_index=True, return_inverse=True)
     order = np.argsort(part, kind="stable")
     groups = np.split(order, np.cumsum(np.bincount(part))[:-1])
     areas = face_areas_mm2(mesh)
@@ -58,7 +124,7 @@ def segments_of(mesh: Mesh, parts: IntArray) -> tuple[Segment, ...]:
             area_mm2=float(areas[groups[number]].sum()),
             hull_volume_mm3=hull_volume_mm3(mesh.vertices_mm[np.unique(mesh.faces[groups[number]])]),
         )
-        for i, number in enumerate(np.argsort(first, kind="stable")[: len(numbers)])
+        for i, number in enumerate(np.argsort(first, kind="stable"))
     )
 
 

@@ -9,15 +9,21 @@ STEPS_MAX = 60
 TOLERANCE = 1e-5
 SPREAD_MIN = 0.01
 """Smallest standard deviation of a cluster: differences below are noise of the rays."""
+COMMON_SPREAD_MIN = 0.03
 
 
-def cluster_probabilities(values: FloatArray, weights: FloatArray, count: int) -> FloatArray:
-    """Probability of each value (m,) in 0..1 to belong to each of at most `count` clusters, (m, k); rows sum to 1."""
+def cluster_probabilities(values: FloatArray, weights: FloatArray, count: int, common_spread: bool) -> FloatArray:
+    """Probability of each value (m,) in 0..1 to belong to each of at most `count` clusters, (m, k); rows sum to 1.
+
+    With a common spread no cluster can be so wide that it takes in what lies between and beside the others.
+    """
     edges = np.linspace(0.0, 1.0, BINS + 1)
     centres = (edges[1:] + edges[:-1]) / 2.0
     mass = np.histogram(values, edges, weights=weights)[0]
     mass = mass / mass.sum()
     means, spreads, shares = _initial(centres, mass, count)
+    if common_spread:
+        spreads = _common(spreads, shares)
     for _ in range(STEPS_MAX):
         before = means
         belonging = _responsibilities(centres, means, spreads, shares) * mass[:, None]  # (bins, k)
@@ -25,9 +31,16 @@ def cluster_probabilities(values: FloatArray, weights: FloatArray, count: int) -
         means = belonging.T @ centres / shares
         variance = (belonging * (centres[:, None] - means) ** 2).sum(axis=0) / shares
         spreads = np.maximum(np.sqrt(variance), SPREAD_MIN)
+        if common_spread:
+            spreads = _common(spreads, shares)
         if np.abs(means - before).max() < TOLERANCE:
             break
     return _responsibilities(values, means, spreads, shares)
+
+
+def _common(spreads: FloatArray, shares: FloatArray) -> FloatArray:
+    """One spread for all clusters, (k,)."""
+    return np.full_like(spreads, max(float(np.sqrt((shares * spreads**2).sum())), COMMON_SPREAD_MIN))
 
 
 def _responsibilities(values: FloatArray, means: FloatArray, spreads: FloatArray, shares: FloatArray) -> FloatArray:
