@@ -75,7 +75,7 @@ class FacetPairPlanner:
                         gripper_type=requirement.gripper_type,
                         grip=requirement.grip,
                         opening_width_mm=opening,
-                        label=f"across {opening:.1f} mm, turned {np.degrees(turn):.0f}°, {offset:.1f} mm aside",
+                        label=f"across {opening:.1f} mm, turned {np.degrees(turn) % 360.0:.0f}°, {offset:.1f} mm aside",
                     ),
                 )
 
@@ -97,7 +97,7 @@ class FacetPairPlanner:
         reach = max(0.0, (high - low - width) / 2.0)
         aside = np.unique(np.round(np.append(np.linspace(-reach, reach, count), 0.0), 6))
         middles = (low + high) / 2.0 + aside
-        for offset in np.unique(np.round(np.append(middles, np.clip(centre, low, high)), 6)):
+        for offset in np.unique(np.round(np.append(middles, np.clip(centre, low, high)), 3)):
             begin, end = _strip_range(overlap, along, across, float(offset), width)
             length = end - begin
             if length <= 0.0:

@@ -62,6 +62,7 @@ class HandCheck:
         self._sweeps = SweptHand()
         self._far = scene.far_mm
         self._start, self._end = scene.motion[0], scene.motion[-1]
+        self._fingers: dict[tuple[str, float], list[FloatArray]] = {}
 
     def rough(self, grasp: Grasp, tips_mm: float) -> Miss | None:
         """Why the open hand cannot leave, or the tips (`tips_mm` long) cannot close: before the grasp is seated."""
@@ -113,6 +114,10 @@ class HandCheck:
                     best = min(best, self._scene.standing.distance(shape, X_PF, best)[0])
         return best
 
+    def palm_hit(self, grasp: Grasp, envelope_mm: float, finger_length_mm: float) -> str | None:
+        """What the palm of that envelope hits behind fingers of that length, or None."""
+        return _PalmCheck(self, grasp, envelope_mm).hit(finger_length_mm)
+
     # --- volumes -------------------------------------------------------------------------------------------------------
 
     def _out(self, grasp: Grasp) -> float:
@@ -121,7 +126,10 @@ class HandCheck:
         return half if grasp.grip == EXTERNAL else -half
 
     def _finger(self, grasp: Grasp, length_mm: float) -> list[FloatArray]:
-        return [solid.vertices_mm for solid in self._hand.finger(length_mm, grasp.grip)]
+        key = (grasp.grip, length_mm)
+        if key not in self._fingers:
+            self._fingers[key] = [solid.vertices_mm for solid in self._hand.finger(length_mm, grasp.grip)]
+        return self._fingers[key]
 
     def _leave_attached(self, grasp: Grasp) -> Miss | None:
         clearance = self._scene.release_clearance_mm
@@ -189,19 +197,20 @@ class _PalmCheck:
 
     def least_length(self, low_mm: float) -> tuple[float, Miss | None]:
         """The least finger length at which the palm is free, or what it hits however long the fingers are."""
-        if self._hit(low_mm) is None:
+        if self.hit(low_mm) is None:
             return low_mm, None
         high = LENGTH_LIMIT_MM
-        hit = self._hit(high)
+        hit = self.hit(high)
         if hit is not None:
             return np.inf, Miss(stage=4, code="collision", detail=f"the palm hits {hit} with fingers of {high:.0f} mm too")
         low = low_mm
         while high - low > _BISECT_MM:
             middle = (low + high) / 2.0
-            low, high = (low, middle) if self._hit(middle) is None else (middle, high)
+            low, high = (low, middle) if self.hit(middle) is None else (middle, high)
         return high, None
 
-    def _hit(self, length_mm: float) -> str | None:
+    def hit(self, length_mm: float) -> str | None:
+        """The first thing that the palm touches along the whole operation with fingers of that length."""
         check, scene = self._check, self._check._scene
         back = np.eye(4)
         back[2, 3] = -length_mm

@@ -51,6 +51,28 @@ def steps(motion: FloatArray) -> list[Step]:
     return result
 
 
+def sampled(motion: FloatArray, count: int) -> list[FloatArray]:
+    """About `count` poses along the motion besides its given ones, start and end included, in order."""
+    moves = [end @ inverse(start) for start, end in pairwise(motion)]
+    sizes = np.array([_size(move) for move in moves])
+    share = np.ceil(count * sizes / max(float(sizes.sum()), _STILL)).astype(int)
+    result = [motion[0]]
+    for start, end, move, parts in zip(motion[:-1], motion[1:], moves, np.maximum(share, 1), strict=True):
+        part = np.real(expm(np.real(logm(move)) / parts))
+        pose = start
+        for _ in range(parts - 1):
+            pose = part @ pose
+            result.append(pose)
+        result.append(end)
+    return result
+
+
+def _size(move: FloatArray) -> float:
+    """Length of a move: its translation, and its rotation as the arc at a radius of 50 mm."""
+    turn = float(np.linalg.norm(Rotation.from_matrix(move[:3, :3]).as_rotvec()))
+    return float(np.linalg.norm(move[:3, 3])) + 50.0 * turn
+
+
 def _append_straight(result: list[Step], start: FloatArray, move: FloatArray) -> None:
     length = float(np.linalg.norm(move[:3, 3]))
     if length < _STILL:

@@ -1,11 +1,22 @@
 """The pipeline, as a whole: which stage runs on what. How a stage is run (here, in a child, on another machine, or not at all
 because its result is stored) is the runner's business."""
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
+import numpy as np
+
+from gripwright.design import catalogue
+from gripwright.design.plan import Plan
+from gripwright.domain.assembly import AssemblyTask, Component, Operation
+from gripwright.domain.gripper import Actuator, Gripper
+from gripwright.domain.shape import Mesh
+
 Ref = str
 """Identity of a stored stage result or input: a hash of what it was made from."""
+
+_NO_MESH = Mesh(vertices_mm=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int64))
 
 
 class Runner(Protocol):
@@ -22,6 +33,100 @@ class Runner(Protocol):
     def map(self, stage: str, calls: Sequence[Mapping[str, Any]]) -> list[Ref]:
         """Run one stage on each of `calls`, in parallel where possible; their results in order.
 
-        A call's values are JSON, or refs given as `{"ref": …}` (also in lists), which the stage receives as values.
+        A call's values are JSON, or refs given as `{"ref": …}` (also inside lists and mappings), which the stage receives
+        as values.
         """
         ...
+
+
+def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner: Runner) -> Ref:
+    """The whole job: from an assembly task and a catalogue to a `DesignResult`."""
+    chosen = _ref(runner.put(catalogue.select(actuators, plan.actuators)))
+    catalogued = _ref(runner.put(tuple(actuators)))
+    meshes = [runner.put(component.mesh) for component in task.components]
+    shapes = _analyse(list(dict.fromkeys(meshes)), runner)
+    parts = _participants(task, meshes, shapes, runner)
+    scenes = [_operation_inputs(operation, task, parts, runner) for operation in task.operations]
+    verdicts = _refs(runner.map("constraints", [{**scene, "actuators": chosen} for scene in scenes]))
+    skeleton = _ref(runner.put(_without_meshes(task)))
+    (selection,) = runner.map("select", [{"task": skeleton, "verdicts": verdicts, "actuators": chosen, "catalogue": catalogued}])
+    grippers: Sequence[Gripper] = runner.get(selection).grippers
+    given = [_ref(runner.put(gripper)) for gripper in grippers]
+    cads = _refs(runner.map("fingers", [{"gripper": gripper} for gripper in given]))
+    of_operation = dict(zip((operation.id for operation in task.operations), scenes, strict=True))
+    checks = runner.map(
+        "verify",
+        [
+            {"gripper": ref, "cad": cad, "operations": [of_operation[handle.operation] for handle in gripper.handles]}
+            for gripper, ref, cad in zip(grippers, given, cads, strict=True)
+        ],
+    )
+    (result,) = runner.map(
+        "result",
+        [
+            {
+                "task": skeleton,
+                "analyses": [part["analysis"] for part in parts.values()],
+                "verdicts": verdicts,
+                "selection": _ref(selection),
+                "cads": cads,
+                "checks": _refs(checks),
+            }
+        ],
+    )
+    return result
+
+
+def _analyse(meshes: Sequence[Ref], runner: Runner) -> dict[Ref, tuple[Ref, Ref]]:
+    """Prepare, segment and fit each distinct mesh: mesh → (prepared, analysis)."""
+    prepared = runner.map("prepare", [{"mesh": _ref(mesh)} for mesh in meshes])
+    segmented = runner.map("segment", [{"prepared": _ref(shape)} for shape in prepared])
+    fitted = runner.map(
+        "fit",
+        [{"prepared": _ref(shape), "segmentation": _ref(segments)} for shape, segments in zip(prepared, segmented, strict=True)],
+    )
+    return dict(zip(meshes, zip(prepared, fitted, strict=True), strict=True))
+
+
+def _participants(
+    task: AssemblyTask, meshes: Sequence[Ref], shapes: Mapping[Ref, tuple[Ref, Ref]], runner: Runner
+) -> dict[str, dict[str, Any]]:
+    """What operations know of each component, by component id."""
+    skeletons = [_ref(runner.put(_without_mesh(component))) for component in task.components]
+    analyses = [_ref(shapes[mesh][1]) for mesh in meshes]
+    grips = runner.map("grips", [{"component": c, "analysis": a} for c, a in zip(skeletons, analyses, strict=True)])
+    return {
+        component.id: {"component": skeleton, "prepared": _ref(shapes[mesh][0]), "analysis": analysis, "grips": _ref(grip)}
+        for component, skeleton, mesh, analysis, grip in zip(task.components, skeletons, meshes, analyses, grips, strict=True)
+    }
+
+
+def _operation_inputs(
+    operation: Operation, task: AssemblyTask, parts: Mapping[str, Mapping[str, Any]], runner: Runner
+) -> dict[str, Any]:
+    """Everything that stands around in one operation."""
+    around = [obstacle for obstacle in task.obstacles if obstacle.operations is None or operation.id in obstacle.operations]
+    return {
+        "operation": _ref(runner.put(operation)),
+        "active": [dict(parts[name]) for name in operation.active],
+        "passive": [{key: parts[name][key] for key in ("component", "prepared")} for name in operation.passive],
+        "obstacles": [_ref(runner.put(obstacle)) for obstacle in around],
+    }
+
+
+def _without_mesh(component: Component) -> Component:
+    return dataclasses.replace(component, mesh=_NO_MESH)
+
+
+def _without_meshes(task: AssemblyTask) -> AssemblyTask:
+    components = tuple(_without_mesh(component) for component in task.components)
+    obstacles = tuple(dataclasses.replace(obstacle, mesh=_NO_MESH) for obstacle in task.obstacles)
+    return dataclasses.replace(task, components=components, obstacles=obstacles)
+
+
+def _ref(ref: Ref) -> dict[str, Ref]:
+    return {"ref": ref}
+
+
+def _refs(refs: Sequence[Ref]) -> list[dict[str, Ref]]:
+    return [_ref(ref) for ref in refs]

@@ -60,6 +60,8 @@ class MeshSurface:
         self.geometry.beginModel(len(mesh.vertices_mm), len(mesh.faces))
         self.geometry.addSubModel(mesh.vertices_mm, mesh.faces)
         self.geometry.endModel()
+        low, high = mesh.vertices_mm.min(axis=0), mesh.vertices_mm.max(axis=0)
+        self.bounds: tuple[FloatArray, FloatArray] = ((low + high) / 2.0, (high - low) / 2.0)  # centre, half extents
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -88,8 +90,12 @@ class Scene:
         return len(self._items)
 
     def _near(self, shape: ConvexShape, X: FloatArray, reach: float) -> list[int]:
-        centre = X[:3, :3] @ shape.centre + X[:3, 3]
-        half = np.abs(X[:3, :3]) @ shape.half + reach
+        return self._near_box(shape.centre, shape.half, X, reach)
+
+    def _near_box(self, centre: FloatArray, half: FloatArray, X: FloatArray, reach: float) -> list[int]:
+        """Indices of meshes whose bounding boxes come within `reach` of a box placed at X."""
+        centre = X[:3, :3] @ centre + X[:3, 3]
+        half = np.abs(X[:3, :3]) @ half + reach
         return np.flatnonzero(((self.low <= centre + half) & (self.high >= centre - half)).all(axis=1)).tolist()
 
     def first_hit(self, shape: ConvexShape, X: FloatArray) -> str | None:
@@ -114,6 +120,24 @@ class Scene:
             if found < best:
                 best, name = float(found), self.names[i]
         return best, name
+
+    def first_surface_hit(self, surface: MeshSurface, X: FloatArray) -> str | None:
+        """Name of a mesh whose surface crosses another surface at pose X of the scene's frame, or None."""
+        body = fcl.CollisionObject(surface.geometry, fcl.Transform(X[:3, :3], X[:3, 3]))
+        for i in self._near_box(*surface.bounds, X, 0.0):
+            if fcl.collide(body, self._objects[i], _REQUEST, fcl.CollisionResult()):
+                return self.names[i]
+        return None
+
+    def surface_distance(self, surface: MeshSurface, X: FloatArray, limit: float) -> float:
+        """Least distance between the surface at pose X and any mesh, at most `limit`; 0 where they cross."""
+        body = fcl.CollisionObject(surface.geometry, fcl.Transform(X[:3, :3], X[:3, 3]))
+        best = limit
+        for i in self._near_box(*surface.bounds, X, limit if np.isfinite(limit) else 1e9):
+            if fcl.collide(body, self._objects[i], _REQUEST, fcl.CollisionResult()):
+                return 0.0
+            best = min(best, float(fcl.distance(body, self._objects[i], fcl.DistanceRequest(), fcl.DistanceResult())))
+        return best
 
     def inside(self, point: FloatArray) -> str | None:
         """Name of a mesh that has the point (of the scene's frame) inside, by its winding number, or None."""

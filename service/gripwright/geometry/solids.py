@@ -36,8 +36,17 @@ def is_box(vertices: FloatArray) -> bool:
     """Whether the points are the 8 corners of an axis-aligned box."""
     if len(vertices) != 8:
         return False
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    return bool((((vertices == low) | (vertices == high)).all(axis=1)).all() and len(np.unique(vertices, axis=0)) == 8)
+    high = vertices == vertices.max(axis=0)
+    return bool((high | (vertices == vertices.min(axis=0))).all() and len(set((high @ [1, 2, 4]).tolist())) == 8)
+
+
+def _is_prism(vertices: FloatArray, axis: int) -> bool:
+    """Whether the points are two copies of one outline, at two levels along a coordinate axis."""
+    level = vertices[:, axis]
+    low, high = vertices[level == level.min()], vertices[level == level.max()]
+    if len(low) + len(high) != len(vertices) or len(low) != len(high):
+        return False
+    return bool((np.delete(low, axis, axis=1) == np.delete(high, axis, axis=1)).all())
 
 
 def hull_vertices(points: FloatArray) -> FloatArray:
@@ -50,7 +59,9 @@ def swept(vertices: FloatArray, displacement: FloatArray) -> FloatArray:
     moves = np.flatnonzero(np.abs(displacement) > 1e-9)
     if len(moves) == 0:
         return vertices
-    if len(moves) == 1 and is_box(vertices):
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
-        return box_vertices(np.minimum(low, low + displacement), np.maximum(high, high + displacement))
+    if len(moves) == 1 and _is_prism(vertices, int(moves[0])):
+        axis = int(moves[0])
+        level = vertices[:, axis]
+        leading = level == (level.max() if displacement[axis] > 0 else level.min())
+        return np.asarray(vertices + leading[:, None] * displacement)
     return hull_vertices(np.concatenate([vertices, vertices + displacement]))

@@ -21,6 +21,9 @@ from gripwright.plugin_api import HandModel, RunContext
 Envelopes = Callable[[str, float], FloatArray]
 """(gripper type, opening width) → radii of the palm envelopes that the actuators at hand need, ascending."""
 
+_ENOUGH = 48
+"""Free grasps of one requirement after which no more are judged: planners name the best of every direction first."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HeldComponent:
@@ -56,9 +59,9 @@ def judge_segment(
                 grasps = planner.plan(held.component, analysis.segment, requirement, hand, ctx)
             planned += len(grasps)
             with ctx.timed("constraints.check"):
-                for grasp in grasps:
-                    verdict = judge.judge(grasp, hand, check)
-                    free.append(verdict) if isinstance(verdict, FreeGrasp) else misses.append(verdict)
+                found, missed = judge.first_free(grasps, hand, check)
+            free += found
+            misses += missed
     return SegmentVerdict(
         segment=analysis.segment.id,
         requirement=requirements[0],
@@ -79,6 +82,22 @@ class _Judge:
             for region in held.forbidden
             if region.faces.any()
         ]
+
+    def first_free(
+        self, grasps: Sequence[Grasp], hand: HandModel, check: HandCheck
+    ) -> tuple[list[FreeGrasp], list[Miss]]:
+        """The first `_ENOUGH` free grasps in the planner's order, and why those before them are not free."""
+        free: list[FreeGrasp] = []
+        misses: list[Miss] = []
+        for grasp in grasps:
+            verdict = self.judge(grasp, hand, check)
+            if isinstance(verdict, Miss):
+                misses.append(verdict)
+                continue
+            free.append(verdict)
+            if len(free) == _ENOUGH:
+                break
+        return free, misses
 
     def judge(self, grasp: Grasp, hand: HandModel, check: HandCheck) -> FreeGrasp | Miss:
         tips = self._ctx.min_contact_mm

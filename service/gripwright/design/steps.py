@@ -1,0 +1,257 @@
+"""The stages as steps that can be run anywhere: from values to values. Which step follows which is in `pipeline`."""
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gripwright.design import catalogue, scenes
+from gripwright.design.hand_check import OperationScene
+from gripwright.design.plan import Plan
+from gripwright.design.result import DesignParts, DesignResult, design_result
+from gripwright.design.stages import affordance, constraints, fingers, rules, select, verify
+from gripwright.design.stages.fit import fit
+from gripwright.design.stages.prepare import PrepareSettings, prepare, repaired
+from gripwright.design.stages.segment import segment, source_labels
+from gripwright.design.toolbox import Toolbox
+from gripwright.domain.affordance import Forbidden
+from gripwright.domain.assembly import Component, Obstacle, Operation
+from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import GripRequirement, OperationVerdict, SegmentVerdict
+from gripwright.domain.gripper import Actuator, Gripper
+from gripwright.domain.shape import Analysis, FloatArray, Mesh, Segment
+from gripwright.plugin_api import RunContext
+
+StepFunction = Callable[[Mapping[str, Any], Plan, Toolbox, RunContext], Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stage:
+    """A step: what it computes, and what besides its inputs its result depends on (plug-ins by kind, fields of the plan)."""
+
+    name: str
+    function: StepFunction
+    uses: tuple[str, ...] = ()
+    plan_fields: tuple[str, ...] = ()
+    version: int = 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PreparedShape:
+    """A mesh made ready: `mesh` for analysis, `solid` (repaired only, few triangles) for collisions."""
+
+    mesh: Mesh
+    solid: Mesh
+    file_faces: int
+    warnings: tuple[str, ...]
+    timings: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Segmentation:
+    """The segments of a prepared mesh and the labels of the file's faces."""
+
+    segments: tuple[Segment, ...]
+    source_labels: np.ndarray[Any, np.dtype[np.int64]]
+    timings: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ComponentGrips:
+    """What may be gripped of one component before the assembly is considered: for each segment its requirements or why none."""
+
+    forbidden: tuple[Forbidden, ...]
+    segments: dict[int, tuple[GripRequirement, ...] | Rejection]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Participant:
+    """A component as it takes part in an operation (the component's own mesh is left out)."""
+
+    component: Component
+    prepared: PreparedShape
+    analysis: Analysis | None = None
+    grips: ComponentGrips | None = None
+
+
+def _prepare(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> PreparedShape:
+    mesh: Mesh = inputs["mesh"]
+    made = prepare(mesh, PrepareSettings(), ctx)
+    solid = repaired(mesh)
+    return PreparedShape(mesh=made.mesh, solid=solid, file_faces=len(mesh.faces), warnings=made.warnings, timings=ctx.timings)
+
+
+def _segment(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Segmentation:
+    prepared: PreparedShape = inputs["prepared"]
+    component = Component(id="", mesh=prepared.mesh, X_PC=np.eye(4))
+    segments = segment(component, toolbox.segmenter, ctx)
+    labels = source_labels(prepared.mesh, segments, prepared.file_faces)
+    return Segmentation(segments=segments, source_labels=labels, timings=ctx.timings)
+
+
+def _fit(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Analysis:
+    prepared: PreparedShape = inputs["prepared"]
+    segmentation: Segmentation = inputs["segmentation"]
+    component = Component(id="", mesh=prepared.mesh, X_PC=np.eye(4))
+    fitted = tuple(fit(component, item, toolbox.fitters, ctx) for item in segmentation.segments)
+    return Analysis(
+        mesh=prepared.mesh,
+        source_labels=segmentation.source_labels,
+        segments=fitted,
+        segmenter=toolbox.segmenter.key,
+        warnings=prepared.warnings,
+        timings={**prepared.timings, **segmentation.timings, **ctx.timings},
+    )
+
+
+def _grips(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> ComponentGrips:
+    analysis: Analysis = inputs["analysis"]
+    component: Component = dataclasses.replace(inputs["component"], mesh=analysis.mesh)
+    segments = [item.segment for item in analysis.segments]
+    forbidden = affordance.forbidden(component, segments, {item.key: item for item in toolbox.affordance}, ctx)
+    found: dict[int, tuple[GripRequirement, ...] | Rejection] = {}
+    for item in analysis.segments:
+        banned = affordance.segment_forbidden(component.mesh, item.segment, forbidden)
+        if banned is not None:
+            found[item.segment.id] = banned
+            continue
+        primitives = () if item.primitive is None else (item.primitive,)
+        if plan.plan != "paper":
+            primitives = (*primitives, *item.alternatives)
+        found[item.segment.id] = _requirements(primitives, item.reason, toolbox)
+    return ComponentGrips(forbidden=forbidden, segments=found)
+
+
+def _requirements(primitives: Sequence[Any], reason: str, toolbox: Toolbox) -> tuple[GripRequirement, ...] | Rejection:
+    answers = [rules.requirements(primitive, toolbox.rules) for primitive in primitives]
+    needs = [need for answer in answers if not isinstance(answer, Rejection) for need in answer]
+    if needs:
+        return tuple(needs)
+    refusals = [answer for answer in answers if isinstance(answer, Rejection)]
+    return refusals[0] if refusals else Rejection("no-type", reason)
+
+
+def _constraints(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> OperationVerdict:
+    operation: Operation = inputs["operation"]
+    envelopes = _envelopes(inputs["actuators"], plan, toolbox)
+    verdicts: dict[str, tuple[SegmentVerdict, ...]] = {}
+    for held in _active(inputs):
+        if held.component.id not in operation.graspable:
+            continue
+        scene, component = _held_scene(inputs, held, plan)
+        assert held.analysis is not None
+        assert held.grips is not None
+        judged = []
+        for item in held.analysis.segments:
+            needs = held.grips.segments[item.segment.id]
+            if isinstance(needs, Rejection):
+                judged.append(
+                    SegmentVerdict(segment=item.segment.id, requirement=None, grasps_planned=0, free=(), rejection=needs)
+                )
+            else:
+                judged.append(constraints.judge_segment(component, item, needs, scene, toolbox, envelopes, ctx))
+            ctx.progress(len(judged) / len(held.analysis.segments), f"{operation.id}: {held.component.id}")
+        verdicts[held.component.id] = tuple(judged)
+    return OperationVerdict(operation=operation.id, components=verdicts, warnings=(), timings=ctx.timings)
+
+
+def _envelopes(actuators: Sequence[Actuator], plan: Plan, toolbox: Toolbox) -> constraints.Envelopes:
+    """The palm envelopes, rounded up to rungs, of the actuators that may hold a width."""
+
+    def of(gripper_type: str, opening_width_mm: float) -> FloatArray:
+        needed = [
+            catalogue.palm_envelope_mm(actuator, opening_width_mm + actuator.stroke_mm)
+            for actuator in actuators
+            if actuator.gripper_type == gripper_type
+        ]
+        ladder = catalogue.envelope_ladder(max(needed, default=0.0))
+        return ladder[np.unique(np.searchsorted(ladder, np.array(needed) - 1e-9))] if needed else np.zeros(0)
+
+    return of
+
+
+def _active(inputs: Mapping[str, Any]) -> list[Participant]:
+    return [Participant(**item) for item in inputs["active"]]
+
+
+def _bodies(items: Sequence[Mapping[str, Any]]) -> list[scenes.Body]:
+    return [scenes.Body(component=item["component"], solid=item["prepared"].solid) for item in items]
+
+
+def _held_scene(inputs: Mapping[str, Any], held: Participant, plan: Plan) -> tuple[OperationScene, constraints.HeldComponent]:
+    """The scene of an operation, and the held component, from a step's inputs."""
+    operation: Operation = inputs["operation"]
+    obstacles: Sequence[Obstacle] = inputs["obstacles"]
+    body = scenes.Body(component=held.component, solid=held.prepared.solid)
+    others = _bodies([item for item in inputs["active"] if item["component"].id != held.component.id])
+    scene = scenes.operation_scene(
+        operation, body, others, _bodies(inputs["passive"]), obstacles, plan.margin, plan.release_clearance
+    )
+    forbidden = held.grips.forbidden if held.grips is not None else ()
+    return scene, scenes.held_component(operation, body, others, held.prepared.mesh, forbidden)
+
+
+def _select(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:
+    return select.select(inputs["task"], inputs["verdicts"], inputs["actuators"], select.options_of(plan), toolbox, ctx)
+
+
+def _fingers(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:
+    gripper: Gripper = inputs["gripper"]
+    diameter, length = catalogue.body_size(gripper.actuator)
+    return fingers.design_gripper_cad(
+        gripper,
+        toolbox.fingers[gripper.gripper_type],
+        toolbox.hands[gripper.gripper_type],
+        [],
+        diameter,
+        length,
+        plan.safety_factor,
+        ctx,
+    )
+
+
+def _verify(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> tuple[verify.HandleReport, ...]:
+    gripper: Gripper = inputs["gripper"]
+    cad = inputs["cad"]
+    reports = []
+    for handle, operation in zip(gripper.handles, inputs["operations"], strict=True):
+        if isinstance(cad, Rejection):
+            reports.append(verify.HandleReport(operation=handle.operation, faults=(cad.detail,), gap_mm=None))
+            continue
+        held = next(item for item in _active(operation) if item.component.id == handle.component)
+        scene, component = _held_scene(operation, held, plan)
+        reports.append(
+            verify.verify_handle(
+                gripper, handle, cad.finger.mesh, cad.body, toolbox.hands[gripper.gripper_type], scene, component.solid, ctx
+            )
+        )
+        ctx.progress(len(reports) / len(gripper.handles), f"{gripper.id}: {handle.operation}")
+    return tuple(reports)
+
+
+def _result(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> DesignResult:
+    return design_result(DesignParts(**inputs), plan, toolbox.versions)
+
+
+_GRASPING = ("min_contact", "margin", "release_clearance", "contact_tolerance", "seed")
+STAGES: Mapping[str, Stage] = {
+    stage.name: stage
+    for stage in (
+        Stage(name="prepare", function=_prepare),
+        Stage(name="segment", function=_segment, uses=("segmenter",), plan_fields=("seed",)),
+        Stage(name="fit", function=_fit, uses=("segmenter", "fitter"), plan_fields=("seed",)),
+        Stage(name="grips", function=_grips, uses=("affordance", "rule"), plan_fields=("plan", "seed")),
+        Stage(name="constraints", function=_constraints, uses=("hand", "planner"), plan_fields=_GRASPING),
+        Stage(
+            name="select",
+            function=_select,
+            uses=("optimizer", "hand"),
+            plan_fields=("plan", "release_clearance", "finger_length_step", "safety_factor", "seed"),
+        ),
+        Stage(name="fingers", function=_fingers, uses=("finger", "hand"), plan_fields=("safety_factor", "seed")),
+        Stage(name="verify", function=_verify, uses=("hand",), plan_fields=_GRASPING),
+        Stage(name="result", function=_result, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields)),
+    )
+}
