@@ -8,6 +8,7 @@ import sys
 import time
 
 import numpy as np
+import psutil
 import pytest
 import trimesh
 
@@ -85,11 +86,11 @@ def test_a_process_that_is_killed_from_outside_is_reported_and_renewed() -> None
 
 def test_the_process_ends_with_its_parent() -> None:
     script = (
-        "import os, signal\n"
+        "import os, psutil, signal\n"
         "from gripwright.cad.limits import Limits\n"
         "from gripwright.cad.reader import CadReader\n"
-        f"CadReader(Limits()).mesh('box.obj', {BOX!r}, 'obj', 'mm')\n"
-        "print(*[int(p) for t in os.listdir('/proc/self/task') for p in open(f'/proc/self/task/{t}/children').read().split()], flush=True)\n"
+        f"reader = CadReader(Limits()); reader.mesh('box.obj', {BOX!r}, 'obj', 'mm')\n"
+        "print(*(child.pid for child in psutil.Process().children()), flush=True)\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"
     )
     child = int(subprocess.run([sys.executable, "-c", script], stdout=subprocess.PIPE, check=False).stdout)
@@ -109,16 +110,8 @@ def test_nothing_is_left_behind() -> None:
 
 
 def _children() -> list[int]:
-    found: list[int] = []
-    for task in os.listdir("/proc/self/task"):
-        with open(f"/proc/self/task/{task}/children") as stream:
-            found += map(int, stream.read().split())
-    return found
+    return [child.pid for child in psutil.Process().children()]
 
 
 def _alive(process: int) -> bool:
-    try:
-        with open(f"/proc/{process}/stat") as stream:
-            return stream.read().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
+    return psutil.pid_exists(process) and psutil.Process(process).status() != psutil.STATUS_ZOMBIE
