@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from gripwright.design.gripper_assembly import BodyMeasures, gripper_parts, jaw_radius_mm, jaws_to_try, placed_fingers, reach_mm
 from gripwright.design.stages.fingers import GripperCad, design_gripper_cad
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import EXTERNAL, INTERNAL
-from gripwright.domain.gripper import Actuator, Gripper, JawInterface
+from gripwright.domain.grasp import EXTERNAL, INTERNAL, Grasp, Hold
+from gripwright.domain.gripper import Actuator, Gripper, Handle, JawInterface
 from gripwright.domain.shape import Mesh
 from gripwright.geometry import brep
 from gripwright.geometry.measures import volume_mm3
@@ -51,6 +51,22 @@ def make_gripper(
         envelope_mm=max(opening_mm / 2.0 + 14.0, reference + 10.0, BODY_DIAMETER_MM / 2.0),
         handles=(),
     )
+
+
+def with_handle(gripper: Gripper, *, required_force_N: float) -> Gripper:
+    grasp = Grasp(X_CG=np.eye(4), gripper_type=gripper.gripper_type, grip=gripper.grip, opening_width_mm=gripper.opening_max_mm)
+    handle = Handle(
+        operation="op-1",
+        component="disc",
+        segment=0,
+        opening_width_mm=gripper.opening_max_mm,
+        release_opening_mm=gripper.opening_max_mm,
+        grasp=grasp,
+        gap_mm=1.0,
+        hold=Hold(required_force_N=required_force_N, moment_Nmm=0.0, symmetry=1.0),
+        safety_factor=None,
+    )
+    return replace(gripper, handles=(handle,))
 
 
 def answer(gripper: Gripper, **params) -> GripperCad | Rejection:
@@ -121,7 +137,7 @@ def test_the_body_has_at_least_the_actuators_size(fingers: int) -> None:
     cad = make_cad(make_gripper(fingers))
 
     behind = cad.body.vertices_mm[cad.body.vertices_mm[:, 2] < cad.measures.front_mm - 15.5]
-    assert np.ptp(cad.body.vertices_mm[:, 2]) == pytest.approx(BODY_LENGTH_MM + 10.0)
+    assert np.ptp(cad.body.vertices_mm[:, 2]) == pytest.approx(BODY_LENGTH_MM)
     assert np.hypot(behind[:, 0], behind[:, 1]).max() == pytest.approx(BODY_DIAMETER_MM / 2.0, abs=1e-6)
 
 
@@ -181,6 +197,27 @@ def test_a_body_larger_than_the_envelope_is_rejected() -> None:
 
     assert isinstance(rejected, Rejection)
     assert rejected.code in {"body-outside-envelope", "base-outside-envelope"}
+
+
+def test_fingers_too_weak_for_a_strong_actuator_are_made_for_what_their_handles_need() -> None:
+    weak = make_gripper(length_mm=100.0)
+    strong = replace(weak, actuator=replace(weak.actuator, grip_force_N=3000.0))
+
+    assert isinstance(answer(weak), GripperCad)
+    assert make_cad(weak).grip_force_max_N is None
+    assert make_cad(strong).grip_force_max_N == 0.0
+    assert make_cad(with_handle(strong, required_force_N=30.0)).grip_force_max_N == pytest.approx(60.0)
+    assert make_cad(with_handle(strong, required_force_N=30.0)).spec.grip_force_N == pytest.approx(60.0)
+
+
+def test_a_gripper_whose_handles_need_more_than_its_fingers_bear_is_rejected() -> None:
+    gripper = make_gripper(length_mm=100.0)
+    strong = replace(gripper, actuator=replace(gripper.actuator, grip_force_N=3000.0))
+
+    rejected = answer(with_handle(strong, required_force_N=1400.0))
+
+    assert isinstance(rejected, Rejection)
+    assert rejected.code == "finger-too-weak"
 
 
 def test_a_stem_thicker_than_the_hand_model_is_rejected() -> None:

@@ -15,6 +15,7 @@ from gripwright.geometry.frames import transform
 from gripwright.plugin_api.contracts import HandModel
 
 _GUIDE_MM = 5.0  # depth of the guides along z
+_HOUSING_MIN_MM = 10.0  # length of the actuator behind its jaws, at least
 
 STANDARD_JAWS = (
     JawInterface(),
@@ -53,7 +54,7 @@ class BodyMeasures:
 
     front_mm: float  # z of the jaws' front faces, which carry the fingers' bases
     diameter_mm: float
-    length_mm: float
+    length_mm: float  # jaws included
 
     def sides_mm(self, jaw: JawInterface) -> tuple[float, float]:
         """Length along the grip direction and width across it, of a block."""
@@ -118,7 +119,7 @@ def reach_mm(mesh: Mesh, axis_x_mm: float = 0.0) -> float:
 
 def _actuator(gripper: Gripper, measures: BodyMeasures, jaw: JawInterface) -> brep.Shape:
     front = measures.front_mm - jaw.height_mm
-    back = front - measures.length_mm
+    back = min(measures.front_mm - measures.length_mm, front - _HOUSING_MIN_MM)
     if gripper.fingers != 2:
         return brep.cylinder_z(0.0, 0.0, measures.diameter_mm / 2.0, back, front)
     x, y = (side / 2.0 for side in measures.sides_mm(jaw))

@@ -1,7 +1,8 @@
 """Stage "fingers": the CAD of one gripper, its fingers on the actuator's jaws and the body behind them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -24,6 +25,7 @@ class GripperCad:
     body_brep: bytes
     body: Mesh
     measures: BodyMeasures
+    grip_force_max_N: float | None = None  # total; set where the fingers bear less than the actuator's full force
 
 
 def design_gripper_cad(
@@ -36,13 +38,23 @@ def design_gripper_cad(
     safety_factor: float,
     ctx: RunContext,
 ) -> GripperCad | Rejection:
-    """Fingers and body of a gripper, inside the hand and the palm envelope that the constraints assumed, or why not."""
+    """Fingers and body of a gripper, inside the hand and the palm envelope that the constraints assumed, or why not.
+
+    Fingers are made for the actuator's full grip force; where none can bear it, for what the handles need with the safety
+    factor, and the force to which the actuator must be regulated is stated.
+    """
+    needed = max((handle.hold.required_force_N for handle in gripper.handles), default=0.0) * safety_factor
+    full = gripper.actuator.grip_force_N
+    forces = [needed] if full is None else [full, *([needed] if needed < full else [])]
     rejections: list[Rejection] = []
-    for jaw in jaws_to_try(gripper):
-        spec = finger_spec(gripper, contact_radii_mm, safety_factor, jaw)
+    for force, jaw in product(forces, jaws_to_try(gripper)):
+        spec = finger_spec(gripper, contact_radii_mm, force, jaw)
         finger = designer.design(spec, ctx)
         if not isinstance(finger, Rejection):
-            return _with_body(spec, finger, gripper, hand, body_diameter_mm, body_length_mm)
+            cad = _with_body(spec, finger, gripper, hand, body_diameter_mm, body_length_mm)
+            if isinstance(cad, GripperCad) and full is not None and force < full:
+                return replace(cad, grip_force_max_N=force)
+            return cad
         rejections.append(finger)
     return rejections[0]
 
@@ -67,10 +79,8 @@ def _with_body(
     return GripperCad(spec=spec, finger=finger, body_brep=brep.write_brep(shape), body=body, measures=measures)
 
 
-def finger_spec(gripper: Gripper, contact_radii_mm: Sequence[float], safety_factor: float, jaw: JawInterface) -> FingerSpec:
-    """What the gripper asks of its finger; the force is the actuator's, or, where unknown, what its handles need."""
-    needed = max((handle.hold.required_force_N for handle in gripper.handles), default=0.0) * safety_factor
-    force = gripper.actuator.grip_force_N
+def finger_spec(gripper: Gripper, contact_radii_mm: Sequence[float], grip_force_N: float, jaw: JawInterface) -> FingerSpec:
+    """What the gripper asks of its finger, on these jaws and under this total grip force."""
     return FingerSpec(
         gripper_type=gripper.gripper_type,
         grip=gripper.grip,
@@ -83,7 +93,7 @@ def finger_spec(gripper: Gripper, contact_radii_mm: Sequence[float], safety_fact
         envelope_mm=gripper.envelope_mm,
         actuator=gripper.actuator,
         contact_radii_mm=tuple(contact_radii_mm),
-        grip_force_N=needed if force is None else force,
+        grip_force_N=grip_force_N,
         jaw=jaw,
     )
 
