@@ -2,7 +2,7 @@
 
 import math
 import time
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -21,11 +21,6 @@ COUNT = "grippers"
 class SetCoverParams(Params):
     """Parameters of the set-cover optimiser."""
 
-    objectives: Literal["interface", "design"] = Field(
-        "interface",
-        description="after the fewest grippers: 'interface' the shortest fingers; 'design' the least cost, then the fewest "
-        "tool changes along the sequence, then the shortest fingers",
-    )
     solver: Solver = Field("cbc", description="'cbc' (PuLP) or 'highs' (SciPy)")
     time_limit: float = Field(60.0, gt=0, le=3600, description="s, for all objectives together")
 
@@ -57,7 +52,7 @@ class SetCoverOptimizer:
         candidates = candidates_of(problem, demands)
         cover = LexicographicCover(candidates.covers[:, coverable], self._params.solver, deadline_s)
         cover.limit(candidates.new, count)
-        self._prefer(cover, candidates)
+        _prefer(cover, candidates, in_sequence=problem.in_sequence)
         return GripperSet(
             grippers=_grippers(problem, candidates, demands, np.flatnonzero(cover.chosen)),
             lower_bound=lower_bound,
@@ -79,18 +74,20 @@ class SetCoverOptimizer:
         lower_bound = round(count) if proven else math.ceil(cover.bound(figures) - 1e-6)
         return round(count), lower_bound, cover.detail[COUNT]
 
-    def _prefer(self, cover: LexicographicCover, candidates: Candidates) -> None:
-        if not candidates.new.all():
-            cover.least_sum("owned grippers", 1.0 - candidates.new)
-        if self._params.objectives == "design":
-            cover.least_sum("cost", candidates.cost)
-            cover.fewest_changes("tool changes")
-        if candidates.off_step.any():
-            cover.least_sum("finger lengths off the step", candidates.off_step)
-        cover.least_maximum("longest finger", candidates.length_mm)
-        cover.least_sum("finger lengths", candidates.length_mm)
-        cover.most_held("alternatives held", candidates.holds)
-        cover.least_sum("opening ranges", candidates.reach_mm)
+
+def _prefer(cover: LexicographicCover, candidates: Candidates, *, in_sequence: bool) -> None:
+    """The objectives after the fewest grippers, in their order."""
+    if not candidates.new.all():
+        cover.least_sum("owned grippers", 1.0 - candidates.new)
+    if in_sequence:
+        cover.least_sum("cost", candidates.cost)
+        cover.fewest_changes("tool changes")
+    if candidates.off_step.any():
+        cover.least_sum("finger lengths off the step", candidates.off_step)
+    cover.least_maximum("longest finger", candidates.length_mm)
+    cover.least_sum("finger lengths", candidates.length_mm)
+    cover.most_held("alternatives held", candidates.holds)
+    cover.least_sum("opening ranges", candidates.reach_mm)
 
 
 def _grippers(problem: GripperSetProblem, candidates: Candidates, demands: Demands, which: IntArray) -> tuple[ChosenGripper, ...]:

@@ -20,7 +20,9 @@ __all__ = [
     "envelope_ladder",
     "finger_envelope_mm",
     "jaw_offset_mm",
+    "mass_or_default_kg",
     "opening_reference_mm",
+    "opening_within_mm",
     "palm_depth_mm",
     "palm_envelope_mm",
     "select",
@@ -94,6 +96,14 @@ def body_size(actuator: Actuator) -> tuple[float, float]:
     return diameter_mm, actuator.body_length_mm or (default_mm if actuator.body_diameter_mm is None else diameter_mm)
 
 
+def mass_or_default_kg(actuator: Actuator) -> float:
+    """The maker's mass, or that of a solid of 2700 kg/m³ of the body's size."""
+    if actuator.mass_kg is not None:
+        return actuator.mass_kg
+    diameter_mm, length_mm = body_size(actuator)
+    return math.pi / 4.0 * diameter_mm**2 * length_mm * BODY_DENSITY_KG_M3 * 1e-9
+
+
 def opening_reference_mm(actuator: Actuator) -> float:
     """Distance of the jaws' own references, fully open: the maker's, or ¾ of the body's diameter, at least the stroke."""
     if actuator.opening_max_mm is not None:
@@ -116,6 +126,11 @@ def actuator_envelope_mm(actuator: Actuator) -> float:
 def finger_envelope_mm(opening_max_mm: float, finger_thickness_mm: float = FINGER_THICKNESS_MM) -> float:
     """Radius about the gripper's axis that the fingers need behind their stems, open at `opening_max_mm`."""
     return opening_max_mm / 2.0 + finger_thickness_mm + _BASE_ALLOWANCE_MM
+
+
+def opening_within_mm(envelope_mm: float, finger_thickness_mm: float = FINGER_THICKNESS_MM) -> float:
+    """The largest opening at which the fingers stay within a palm envelope."""
+    return 2.0 * (envelope_mm - finger_thickness_mm - _BASE_ALLOWANCE_MM)
 
 
 def palm_envelope_mm(actuator: Actuator, opening_max_mm: float, finger_thickness_mm: float = FINGER_THICKNESS_MM) -> float:

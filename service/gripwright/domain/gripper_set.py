@@ -32,7 +32,8 @@ class ComponentAlternatives:
 class GripperSetProblem:
     """Components, in the order of the assembly sequence, and the classes of grippers at hand.
 
-    `owned` grippers cost nothing and count nothing; they are used before new ones.
+    `owned` grippers cost nothing and count nothing; they are used before new ones. With `in_sequence` the least cost, then
+    the fewest changes of gripper from one component to the next come before the shortest fingers.
     """
 
     classes: dict[str, GripperClass]
@@ -40,6 +41,7 @@ class GripperSetProblem:
     release_clearance_mm: float = 0.0
     finger_length_step_mm: float = 0.0  # 0: lengths stay as they are
     owned: tuple[GripperParameters, ...] = ()
+    in_sequence: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

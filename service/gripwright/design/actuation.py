@@ -1,0 +1,202 @@
+"""Which actuators can serve which grasps: classes of grippers for the optimiser, each one actuator with one palm envelope."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gripwright.design import catalogue
+from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import EXTERNAL, FreeGrasp, GraspConstraint
+from gripwright.domain.gripper import Actuator, Gripper
+from gripwright.domain.gripper_set import GripperClass
+from gripwright.plugin_api import HandModel
+
+ARM_MAX_MM = 100.0
+"""How far a finger's offset arm may carry the gripping surface outwards from the jaw's reference."""
+
+UNKNOWN_FORCE_COST = 1000.0
+"""Added to the cost of an actuator of unknown force: it is taken where it saves a gripper, not where it saves mass."""
+
+_SLACK_MM = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HoldPolicy:
+    """What is asked of the grip force."""
+
+    safety_factor: float
+    enforced: bool
+
+    def weakness(self, actuator: Actuator, required_force_N: float) -> Rejection | None:
+        """Why this actuator does not hold; None where it does, where its force is unknown, and where nothing is enforced."""
+        needed_N = required_force_N * self.safety_factor
+        if not self.enforced or actuator.grip_force_N is None or actuator.grip_force_N >= needed_N:
+            return None
+        return Rejection(
+            "not-held",
+            f"friction needs {needed_N:.1f} N with safety factor {self.safety_factor:g}, "
+            f"{actuator.name} grips with {actuator.grip_force_N:.1f} N",
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ActuatorClass:
+    """One actuator within one palm envelope: `opening_max_mm` is the widest that its fingers may open in it."""
+
+    key: str
+    actuator: Actuator
+    fingers: int
+    grip: str
+    envelope_mm: float
+    opening_max_mm: float
+    gripper_class: GripperClass
+
+    def serves(self, free: FreeGrasp) -> bool:
+        """Whether a grasp asks for this type of gripper."""
+        return free.grasp.gripper_type == self.actuator.gripper_type and free.grasp.grip == self.grip
+
+    def constraint(self, free: FreeGrasp, release_clearance_mm: float, policy: HoldPolicy) -> GraspConstraint | Rejection:
+        """What a gripper of this class has to satisfy to hold a grasp, or why none does."""
+        grasp, actuator = free.grasp, self.actuator
+        clearance_mm = max(release_clearance_mm, abs(free.release_opening_mm - grasp.opening_width_mm))
+        if clearance_mm > actuator.stroke_mm + _SLACK_MM:
+            detail = f"letting go takes {clearance_mm:.2f} mm, the stroke of {actuator.name} is {actuator.stroke_mm:.2f} mm"
+            return Rejection("stroke-too-short", detail)
+        widest_mm = grasp.opening_width_mm + (clearance_mm if self.grip == EXTERNAL else actuator.stroke_mm - clearance_mm)
+        if widest_mm > self.opening_max_mm + _SLACK_MM:
+            detail = f"the opening must reach {widest_mm:.2f} mm, {actuator.name} opens to {self.opening_max_mm:.2f} mm"
+            return Rejection("too-wide", detail)
+        if grasp.opening_width_mm < self.gripper_class.opening_floor_mm - _SLACK_MM:
+            floor_mm = self.gripper_class.opening_floor_mm
+            return Rejection("too-narrow", f"width {grasp.opening_width_mm:.2f} mm, the fingers meet below {floor_mm:.2f} mm")
+        length_min_mm = _length_min_mm(free, self.envelope_mm)
+        length_max_mm = min(free.finger_length_max_mm, self.gripper_class.finger_length_max_mm)
+        if length_min_mm > length_max_mm + _SLACK_MM:
+            detail = (
+                f"fingers of at least {length_min_mm:.2f} mm are needed behind {actuator.name}, {length_max_mm:.2f} mm allowed"
+            )
+            return Rejection(
+                "finger-too-long", detail if math.isfinite(length_min_mm) else f"no finger length clears {actuator.name}"
+            )
+        return policy.weakness(actuator, free.hold.required_force_N) or GraspConstraint(
+            gripper_type=self.key,
+            opening_width_mm=grasp.opening_width_mm,
+            finger_length_min_mm=length_min_mm,
+            finger_length_max_mm=length_max_mm,
+            release_clearance_mm=clearance_mm,
+        )
+
+
+def costs_of(actuators: Sequence[Actuator], policy: HoldPolicy) -> dict[str, float]:
+    """Cost of each actuator by name: prices where all are known, else masses (kg); an unknown force counts extra."""
+    priced = all(actuator.price is not None for actuator in actuators)
+    return {
+        actuator.name: ((actuator.price if priced else None) or catalogue.mass_or_default_kg(actuator))
+        + (UNKNOWN_FORCE_COST if policy.enforced and actuator.grip_force_N is None else 0.0)
+        for actuator in actuators
+    }
+
+
+def classes_of(
+    actuators: Sequence[Actuator], costs: Mapping[str, float], grasps: Sequence[FreeGrasp], hand: HandModel, grip: str
+) -> list[ActuatorClass]:
+    """Classes of those actuators for grasps of the hand's type: each with the palm envelopes that the grasps were judged with.
+
+    An envelope that admits no wider opening than a smaller one that the actuator fits in is left out.
+    """
+    rungs = np.unique(np.concatenate([free.envelopes_mm for free in grasps])) if grasps else np.empty(0)
+    widest_mm = max((free.release_opening_mm for free in grasps), default=0.0)
+    classes = []
+    for actuator in actuators:
+        arms_mm = _opening_limit_mm(actuator)
+        needed_mm = min(widest_mm if grip == EXTERNAL else widest_mm + actuator.stroke_mm, arms_mm)
+        gripper_class = GripperClass(
+            stroke_mm=actuator.stroke_mm,
+            grip=grip,
+            opening_floor_mm=hand.opening_floor_mm(grip),
+            finger_length_max_mm=_finger_length_max_mm(actuator),
+            cost=costs[actuator.name],
+        )
+        for envelope_mm in rungs[rungs >= catalogue.actuator_envelope_mm(actuator) - _SLACK_MM].tolist():
+            opening_mm = min(catalogue.opening_within_mm(envelope_mm), arms_mm)
+            if opening_mm <= 0.0:
+                continue
+            classes.append(
+                ActuatorClass(
+                    key=f"{actuator.name}|{grip}|{envelope_mm:g}",
+                    actuator=actuator,
+                    fingers=hand.fingers,
+                    grip=grip,
+                    envelope_mm=envelope_mm,
+                    opening_max_mm=opening_mm,
+                    gripper_class=gripper_class,
+                )
+            )
+            if opening_mm >= needed_mm:
+                break
+    return classes
+
+
+def owned_class(key: str, owned: Gripper, hand: HandModel) -> ActuatorClass:
+    """The class of a gripper that is at hand, with its own opening range and finger length."""
+    return ActuatorClass(
+        key=key,
+        actuator=owned.actuator,
+        fingers=owned.fingers,
+        grip=owned.grip,
+        envelope_mm=owned.envelope_mm,
+        opening_max_mm=owned.opening_max_mm,
+        gripper_class=GripperClass(
+            stroke_mm=owned.opening_max_mm - owned.opening_min_mm,
+            grip=owned.grip,
+            opening_floor_mm=hand.opening_floor_mm(owned.grip),
+        ),
+    )
+
+
+def outdone(actuators: Sequence[Actuator], costs: Mapping[str, float], grip: str) -> dict[str, Rejection]:
+    """Actuators that another one of their type outdoes in everything that selection weighs, by name."""
+    found: dict[str, Rejection] = {}
+    for actuator in actuators:
+        for other in actuators:
+            if other.name in found or other is actuator or not _outdoes(other, actuator, costs, grip):
+                continue
+            found[actuator.name] = Rejection(
+                "outdone",
+                f"{other.name} serves all grasps that {actuator.name} serves: stroke {other.stroke_mm:g} mm against "
+                f"{actuator.stroke_mm:g} mm, no larger, no weaker, no dearer",
+            )
+            break
+    return found
+
+
+def _outdoes(other: Actuator, actuator: Actuator, costs: Mapping[str, float], grip: str) -> bool:
+    def virtues(one: Actuator) -> tuple[float, ...]:
+        return (
+            -catalogue.actuator_envelope_mm(one),
+            _opening_limit_mm(one),
+            _finger_length_max_mm(one),
+            math.inf if one.grip_force_N is None else one.grip_force_N,
+            -costs[one.name],
+        )
+
+    # An internal grip opens to W − clearance + stroke: there a longer stroke needs more room.
+    reaches = other.stroke_mm >= actuator.stroke_mm if grip == EXTERNAL else other.stroke_mm == actuator.stroke_mm
+    same_type = other.gripper_type == actuator.gripper_type
+    return same_type and reaches and all(a >= b for a, b in zip(virtues(other), virtues(actuator), strict=True))
+
+
+def _opening_limit_mm(actuator: Actuator) -> float:
+    return catalogue.opening_reference_mm(actuator) + 2.0 * ARM_MAX_MM
+
+
+def _finger_length_max_mm(actuator: Actuator) -> float:
+    return math.inf if actuator.finger_length_max_mm is None else actuator.finger_length_max_mm
+
+
+def _length_min_mm(free: FreeGrasp, envelope_mm: float) -> float:
+    """L⁻ of the smallest envelope judged that is at least this one; inf where there is none."""
+    k = int(np.searchsorted(free.envelopes_mm, envelope_mm - _SLACK_MM))
+    return float(free.finger_length_min_mm[k]) if k < len(free.envelopes_mm) else math.inf

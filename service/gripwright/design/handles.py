@@ -1,0 +1,97 @@
+"""Which gripper of the set does which operation, and with which grasp."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from gripwright.design.actuation import ActuatorClass, HoldPolicy
+from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import FreeGrasp, OperationVerdict
+from gripwright.domain.gripper import Actuator, GripperParameters, Handle
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class HeldGrasp:
+    """A free grasp with what it holds."""
+
+    component: str
+    segment: int
+    free: FreeGrasp
+
+
+def free_grasps(verdict: OperationVerdict) -> list[HeldGrasp]:
+    """All free grasps of an operation, in the order of its components and segments."""
+    return [
+        HeldGrasp(component=component, segment=segment.segment, free=free)
+        for component, segments in verdict.components.items()
+        for segment in segments
+        for free in segment.free
+    ]
+
+
+def fewest_changes(capable: Mapping[str, frozenset[int]]) -> dict[str, int]:
+    """One of the capable grippers for each operation, in sequence, with the fewest changes.
+
+    A gripper is kept as long as one that did all operations since the last change can do the next: keeping the
+    intersection is optimal for a given set.
+    """
+    assigned: dict[str, int] = {}
+    run: list[str] = []
+    common: frozenset[int] = frozenset()
+    for operation, able in capable.items():
+        if run and not common & able:
+            assigned.update(dict.fromkeys(run, min(common)))
+            run = []
+        common = common & able if run else able
+        run.append(operation)
+    if run:
+        assigned.update(dict.fromkeys(run, min(common)))
+    return assigned
+
+
+def best_handle(
+    operation: str,
+    grasps: Sequence[HeldGrasp],
+    parameters: GripperParameters,
+    kind: ActuatorClass,
+    release_clearance_mm: float,
+    policy: HoldPolicy,
+) -> Handle:
+    """The best of the grasps that the gripper holds: the safest, then the one with the largest gap, then the most symmetric."""
+    able = [
+        held for held in grasps if kind.serves(held.free) and _holds(parameters, kind, held.free, release_clearance_mm, policy)
+    ]
+    best = min(able, key=_preference)  # a gripper is asked only for what the optimum says that it holds
+    return Handle(
+        operation=operation,
+        component=best.component,
+        segment=best.segment,
+        opening_width_mm=best.free.grasp.opening_width_mm,
+        release_opening_mm=best.free.release_opening_mm,
+        grasp=best.free.grasp,
+        gap_mm=best.free.gap_mm,
+        hold=best.free.hold,
+        safety_factor=_safety_factor(kind.actuator, best.free),
+    )
+
+
+def _holds(
+    parameters: GripperParameters, kind: ActuatorClass, free: FreeGrasp, release_clearance_mm: float, policy: HoldPolicy
+) -> bool:
+    constraint = kind.constraint(free, release_clearance_mm, policy)
+    return not isinstance(constraint, Rejection) and parameters.satisfies(constraint, release_clearance_mm)
+
+
+def _preference(held: HeldGrasp) -> tuple[float, float, float, float]:
+    """Least required force first; differences below what is measured do not count."""
+    hold = held.free.hold
+    return (
+        round(hold.required_force_N, 3),
+        -round(held.free.gap_mm, 3),
+        -round(hold.symmetry, 3),
+        -round(hold.contact_area_mm2, 1),
+    )
+
+
+def _safety_factor(actuator: Actuator, free: FreeGrasp) -> float | None:
+    required_N = free.hold.required_force_N
+    return None if actuator.grip_force_N is None or required_N <= 0.0 else actuator.grip_force_N / required_N
