@@ -1,0 +1,199 @@
+"""The bill of materials: one row a bought or made item of each gripper, with part numbers that depend on content alone."""
+
+import csv
+import hashlib
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from gripwright.domain.assembly import AssemblyTask
+from gripwright.domain.gripper import FingerDesign, Gripper
+
+BUY, MAKE = "buy", "make"
+
+_SCREWS_A_FINGER = 2
+_SCREW_DEFAULT_MM = (4.0, 16.0)  # thread and length where the finger does not state its base
+_SCREW_LENGTHS_MM = (6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 70, 80)
+_ENGAGEMENT = 1.2  # least length of thread in the jaw, in diameters
+_HEAD_CLEARANCE_MM = 0.5  # how far a head, as high as the thread is thick, is sunk below the surface
+_PIN_LENGTH_MM = 10.0
+_MESH_GRID_MM = 1e-3  # vertices are rounded to it before they are hashed
+_SEPARATOR = "; "
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BomRow:
+    """One item of one gripper. `mass_kg` is of one piece; None: not known."""
+
+    gripper: str
+    item: str
+    make_or_buy: str
+    maker: str
+    model: str
+    part_number: str
+    quantity: int
+    description: str
+    material: str = ""
+    mass_kg: float | None = None
+    operations: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON values, in the order of the columns."""
+        return {
+            field.name: list(value) if isinstance(value := getattr(self, field.name), tuple) else value for field in fields(self)
+        }
+
+
+COLUMNS = tuple(field.name for field in fields(BomRow))
+
+
+def bom(task: AssemblyTask, grippers: Sequence[Gripper], fingers: Mapping[str, FingerDesign]) -> list[BomRow]:
+    """All rows, gripper by gripper; `fingers` by gripper id. A gripper without finger has its actuator alone.
+
+    Operations stand in the order of the assembly sequence.
+    """
+    sequence = {operation.id: i for i, operation in enumerate(task.operations)}
+    rows: list[BomRow] = []
+    for gripper in grippers:
+        operations = tuple(sorted((handle.operation for handle in gripper.handles), key=lambda op: sequence[op]))
+        rows.append(_actuator_row(gripper, operations))
+        if gripper.id in fingers:
+            rows.extend(_finger_rows(gripper, fingers[gripper.id], operations))
+    return rows
+
+
+def bom_csv(rows: Sequence[BomRow]) -> str:
+    """The rows as CSV with a header; several values in a cell are separated by a semicolon."""
+    target = io.StringIO()
+    writer = csv.writer(target, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for row in rows:
+        writer.writerow(_cell(value) for value in row.to_dict().values())
+    return target.getvalue()
+
+
+def bom_tree(task: AssemblyTask, rows: Sequence[BomRow]) -> dict[str, Any]:
+    """The same as a multi-level bill: the set of grippers, each an assembly of its items."""
+    assemblies: dict[str, list[BomRow]] = {}
+    for row in rows:
+        assemblies.setdefault(row.gripper, []).append(row)
+    items = [
+        {
+            "item": "gripper",
+            "gripper": gripper,
+            "part_number": _part_number("G", "\n".join(f"{row.quantity} {row.maker} {row.part_number}" for row in own)),
+            "quantity": 1,
+            "items": [row.to_dict() for row in own],
+        }
+        for gripper, own in assemblies.items()
+    ]
+    return {"item": "gripper set", "product": task.part_number, "revision": task.revision, "items": items}
+
+
+def totals(rows: Sequence[BomRow]) -> list[BomRow]:
+    """What to buy and to make in all: rows of the same part joined, whichever gripper they belong to."""
+    joined: dict[tuple[str, str, str], BomRow] = {}
+    for row in rows:
+        key = (row.make_or_buy, row.maker, row.part_number)
+        if key not in joined:
+            joined[key] = row
+            continue
+        earlier = joined[key]
+        joined[key] = replace(
+            earlier,
+            gripper=f"{earlier.gripper}{_SEPARATOR}{row.gripper}",
+            quantity=earlier.quantity + row.quantity,
+            operations=tuple(dict.fromkeys((*earlier.operations, *row.operations))),
+            files=tuple(dict.fromkeys((*earlier.files, *row.files))),
+        )
+    return list(joined.values())
+
+
+def finger_part_number(finger: FingerDesign) -> str:
+    """A number that depends on the finger's shape and material alone."""
+    vertices = np.round(finger.mesh.vertices_mm / _MESH_GRID_MM).astype(np.int64)  # (n, 3)
+    triangles = vertices[finger.mesh.faces].reshape(-1, 9)
+    ordered = triangles[np.lexsort(triangles.T[::-1])]  # whatever the order of the faces
+    return _part_number("F", finger.material.encode() + ordered.tobytes())
+
+
+def _actuator_row(gripper: Gripper, operations: tuple[str, ...]) -> BomRow:
+    actuator = gripper.actuator
+    return BomRow(
+        gripper=gripper.id,
+        item="actuator",
+        make_or_buy=BUY,
+        maker=actuator.maker,
+        model=actuator.model,
+        part_number=actuator.model,
+        quantity=1,
+        description=f"{gripper.gripper_type} gripper actuator, stroke {actuator.stroke_mm:g} mm",
+        mass_kg=actuator.mass_kg,
+        operations=operations,
+        files=(f"grippers/{gripper.id}/body.stl",),
+    )
+
+
+def _finger_rows(gripper: Gripper, finger: FingerDesign, operations: tuple[str, ...]) -> list[BomRow]:
+    number = finger_part_number(finger)
+    made = BomRow(
+        gripper=gripper.id,
+        item="finger",
+        make_or_buy=MAKE,
+        maker="",
+        model="",
+        part_number=number,
+        quantity=gripper.fingers,
+        description=f"finger {gripper.finger_length_mm:g} mm for openings {gripper.opening_min_mm:.4g} to "
+        f"{gripper.opening_max_mm:.4g} mm on {gripper.actuator.name}",
+        material=finger.material,
+        mass_kg=round(finger.mass_kg, 6),
+        operations=operations,
+        files=tuple(f"grippers/{gripper.id}/finger.{suffix}" for suffix in ("step", "stl", "3mf")),
+    )
+    thread_mm, length_mm = _screw(finger.properties)
+    rows = [made, _standard_row(gripper, "screw", f"ISO 4762 M{thread_mm:g}x{length_mm:g}-8.8", "steel 8.8", _SCREWS_A_FINGER)]
+    pin_mm = finger.properties.get("pin_hole_mm", 0.0)
+    if pin_mm > 0.0:
+        rows.append(_standard_row(gripper, "pin", f"ISO 8734 {pin_mm:g}x{_PIN_LENGTH_MM:g}-A", "steel, hardened", 1))
+    return rows
+
+
+def _screw(properties: Mapping[str, float]) -> tuple[float, float]:
+    """Thread and length of the screws that hold a finger of those properties to its jaw."""
+    if "bolt_thread_mm" not in properties or "base_thickness_mm" not in properties:
+        return _SCREW_DEFAULT_MM
+    thread_mm = properties["bolt_thread_mm"]
+    clamped_mm = properties["base_thickness_mm"] - thread_mm - _HEAD_CLEARANCE_MM
+    needed_mm = clamped_mm + _ENGAGEMENT * thread_mm
+    return thread_mm, next((length for length in _SCREW_LENGTHS_MM if length >= needed_mm), _SCREW_LENGTHS_MM[-1])
+
+
+def _standard_row(gripper: Gripper, item: str, designation: str, material: str, a_finger: int) -> BomRow:
+    names = {"screw": "hexagon socket head cap screw", "pin": "parallel pin"}
+    return BomRow(
+        gripper=gripper.id,
+        item=item,
+        make_or_buy=BUY,
+        maker="",
+        model=designation,
+        part_number=designation,
+        quantity=a_finger * gripper.fingers,
+        description=f"{names[item]}, finger to jaw",
+        material=material,
+    )
+
+
+def _part_number(kind: str, content: bytes | str) -> str:
+    digest = hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
+    return f"GW-{kind}-{digest[:10].upper()}"
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, list):
+        return _SEPARATOR.join(value)
+    return "" if value is None else value
