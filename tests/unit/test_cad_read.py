@@ -1,5 +1,7 @@
 """Every format: volume, units and the file's order of faces survive reading."""
 
+import struct
+
 import numpy as np
 import pytest
 import trimesh
@@ -68,6 +70,67 @@ f 3 4 5 \\
     assert len(mesh.faces) == 6
     assert volume_mm3(mesh) == pytest.approx(800 / 3)
     assert face_centres_mm(mesh)[1] == pytest.approx([10 / 3, 10 / 3, 0])
+
+
+PYRAMID = [[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0], [5, 5, 8]]
+POLYGONS = [[0, 1, 4], [3, 2, 1, 0], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
+
+
+def _off() -> bytes:
+    lines = ["OFF # pyramid", "5 5 0", *(" ".join(map(str, point)) for point in PYRAMID)]
+    return "\n".join([*lines, *(f"{len(p)} " + " ".join(map(str, p)) + " 255 0 0" for p in POLYGONS)]).encode()
+
+
+def _ply(format: str, polygons: list[list[int]] = POLYGONS) -> bytes:
+    header = (
+        f"ply\nformat {format} 1.0\ncomment by hand\nelement vertex 5\nproperty uchar red\nproperty double x\nproperty float y\n"
+        f"property float z\nelement face {len(polygons)}\nproperty list uchar int vertex_indices\n"
+        "property short flags\nend_header\n"
+    ).encode()
+    if format == "ascii":
+        rows = [f"7 {x} {y} {z}" for x, y, z in PYRAMID] + [f"{len(p)} {' '.join(map(str, p))} 1" for p in polygons]
+        return header + "\n".join(rows).encode()
+    order = "<" if "little" in format else ">"
+    vertices = b"".join(struct.pack(f"{order}Bdff", 7, *point) for point in PYRAMID)
+    return header + vertices + b"".join(struct.pack(f"{order}B{len(p)}ih", len(p), *p, 1) for p in polygons)
+
+
+@pytest.mark.parametrize(
+    ("data", "format"),
+    [
+        (_off(), "off"),
+        (_ply("ascii"), "ply"),
+        (_ply("binary_little_endian"), "ply"),
+        (_ply("binary_big_endian"), "ply"),
+    ],
+)
+def test_polygons_become_fans_at_their_place_in_the_file(data: bytes, format: str) -> None:
+    mesh = read_mesh(data, format, "mm")
+
+    triangles = [[0, 1, 4], [3, 2, 1], [3, 1, 0], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
+    assert mesh.triangles_mm == pytest.approx(np.array(PYRAMID, dtype=float)[triangles])
+    assert volume_mm3(mesh) == pytest.approx(800 / 3)
+
+
+def test_a_binary_ply_of_triangles_is_read_at_once_and_of_big_endian_too() -> None:
+    triangles = [[0, 1, 4], [3, 2, 1], [3, 1, 0], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
+
+    for format in ("binary_little_endian", "binary_big_endian"):
+        assert volume_mm3(read_mesh(_ply(format, triangles), "ply", "mm")) == pytest.approx(800 / 3)
+
+
+@pytest.mark.parametrize("cut", [1, 40, 120])
+@pytest.mark.parametrize("format", ["binary_little_endian", "ascii"])
+def test_a_ply_that_ends_early_is_refused(format: str, cut: int) -> None:
+    data = _ply(format)
+
+    with pytest.raises(InvalidGeometry, match="PLY"):
+        read_mesh(data[:-cut] if cut > 1 or format != "ascii" else data[:-2], "ply", "mm")
+
+
+def test_an_off_that_ends_early_is_refused() -> None:
+    with pytest.raises(InvalidGeometry, match="ends early: it declares 5 vertices and 5 faces"):
+        read_mesh(_off().rpartition(b"\n")[0], "off", "mm")
 
 
 def test_a_3mf_states_its_unit_and_keeps_its_faces() -> None:

@@ -2,6 +2,8 @@
 
 import json
 import os
+import subprocess
+import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -95,6 +97,12 @@ def _check(task: AssemblyTask) -> None:
     assert (first.active, first.passive, first.force_N, first.fit) == (("rotor",), ("base",), 20.0, "clearance")
     assert first.motion == pytest.approx(np.array([_raised(50), _raised(20, 90), IDENTITY]))
     assert task.warnings == ()
+
+
+def test_the_reading_process_alone_imports_mesh_libraries() -> None:
+    script = "import sys, gripwright.cad.package, gripwright.cad.colour; print(*{'OCP', 'trimesh', 'scipy'} & set(sys.modules))"
+
+    assert subprocess.run([sys.executable, "-c", script], stdout=subprocess.PIPE, check=True).stdout.strip() == b""
 
 
 def test_a_folder_becomes_an_assembly_task(tmp_path: Path) -> None:

@@ -14,8 +14,9 @@ _MESSAGES = {
     "model_type": "must be an object",
     "tuple_type": "must be a list",
     "too_short": "at least {min_length} needed, {actual_length} given",
-    "too_long": "at most {max_length} allowed, {actual_length} given",
+    "too_long": "at most {max_length} allowed",
 }
+MAX_FAULTS = 1000  # of one answer
 
 
 class _NotJson(ValueError):
@@ -41,7 +42,7 @@ def parse_json(document: bytes, name: str, max_bytes: int) -> Any:
         message = "not valid JSON: nested too deeply"
     except ValueError as error:  # numbers of more digits than Python converts, and _NotJson
         message = f"not valid JSON: {error}"
-    raise InvalidInput(f"{name} is {message}", faults=(Fault(pointer=name, message=message),))
+    refuse(f"{name} is {message}", [Fault(pointer=name, message=message)])
 
 
 def _refuse_constant(constant: str) -> NoReturn:
@@ -49,12 +50,19 @@ def _refuse_constant(constant: str) -> NoReturn:
 
 
 def _unique_names(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    value = dict(pairs)
-    if len(value) < len(pairs):
-        names = [name for name, _ in pairs]
-        repeated = next(name for name in names if names.count(name) > 1)
-        raise _NotJson(f"the name {repeated!r} is given twice in one object")
+    value: dict[str, Any] = {}
+    for name, member in pairs:
+        if name in value:
+            raise _NotJson(f"the name {name!r} is given twice in one object")
+        value[name] = member
     return value
+
+
+def refuse(detail: str, faults: Sequence[Fault]) -> NoReturn:
+    """Raise InvalidInput with these faults, or of very many the first."""
+    if len(faults) > MAX_FAULTS:
+        detail = f"{detail}: {len(faults)} faults, of which these are the first {MAX_FAULTS}"
+    raise InvalidInput(detail, faults=tuple(faults[:MAX_FAULTS]))
 
 
 def faults_of(error: ValidationError, *prefix: str | int) -> list[Fault]:

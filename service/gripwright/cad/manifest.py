@@ -18,11 +18,11 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from gripwright.cad.document import faults_of, parse_json
+from gripwright.cad.document import faults_of, parse_json, refuse
 from gripwright.cad.formats import EXTENSIONS, STATES_UNITS, format_of
 from gripwright.cad.limits import DEFAULT_LIMITS, Limits
 from gripwright.cad.sequence import duplicate_faults, entries, sequence_faults, string_of
-from gripwright.domain.errors import Fault, InvalidInput
+from gripwright.domain.errors import Fault
 from gripwright.domain.shape import FloatArray
 
 ROTATION_TOLERANCE = 1e-4  # of RᵀR from the identity: a pose written with five digits is meant as the nearest rotation
@@ -221,7 +221,7 @@ def manifest_of(value: Any) -> ProductManifest:
     except ValidationError as error:
         faults = faults_of(error) + faults
     if faults:
-        raise InvalidInput("the product is not described correctly", faults=tuple(faults))
+        refuse("the product is not described correctly", faults)
     return manifest
 
 

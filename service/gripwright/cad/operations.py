@@ -5,12 +5,11 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from gripwright.cad.document import faults_of, parse_json
+from gripwright.cad.document import faults_of, parse_json, refuse
 from gripwright.cad.limits import Limits
 from gripwright.cad.manifest import OperationEntry
 from gripwright.cad.sequence import entries, sequence_faults
 from gripwright.domain.assembly import Operation
-from gripwright.domain.errors import InvalidInput
 
 
 class OperationsDocument(BaseModel):
@@ -33,7 +32,7 @@ def validate_operations(value: Any, component_ids: Collection[str]) -> tuple[Ope
     except ValidationError as error:
         faults = faults_of(error) + faults
     if faults:
-        raise InvalidInput("the assembly sequence cannot be used", faults=tuple(faults))
+        refuse("the assembly sequence cannot be used", faults)
     return document.operations
 
 

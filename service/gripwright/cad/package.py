@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gripwright.cad.archive import PackageFiles, open_package_files
-from gripwright.cad.document import parse_json
+from gripwright.cad.document import parse_json, refuse
 from gripwright.cad.formats import format_of
 from gripwright.cad.limits import DEFAULT_LIMITS, Limits
 from gripwright.cad.manifest import ComponentEntry, ObstacleEntry, ProductManifest, RegionEntry, manifest_of
@@ -87,7 +87,7 @@ def _read_described(value: Any, files: PackageFiles, limits: Limits) -> Product:
         faults += error.faults
     meshes = _read_meshes(list(_usable_uses(value, faults)), files, limits, faults)
     if manifest is None or faults:
-        raise InvalidInput("the product package cannot be used", faults=tuple(faults))
+        refuse("the product package cannot be used", faults)
     return Product(
         manifest=manifest,
         meshes={entry.id: meshes[entry.file, entry.units] for entry in manifest.components},

@@ -1,8 +1,6 @@
 """CAD files to meshes. Runs in the child process alone (cad/child.py): the files are others' and the parsers are C++."""
 
 import io
-from collections.abc import Iterator
-from itertools import pairwise
 
 import numpy as np
 import trimesh
@@ -10,6 +8,8 @@ import trimesh
 from gripwright.cad.archive import open_archive
 from gripwright.cad.formats import STATES_UNITS
 from gripwright.cad.limits import DEFAULT_LIMITS, Limits
+from gripwright.cad.ply import read_ply
+from gripwright.cad.polygons import read_obj, read_off
 from gripwright.domain.errors import InvalidGeometry
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
 from gripwright.geometry.codec import MM_PER_UNIT, mesh_in_mm
@@ -17,6 +17,7 @@ from gripwright.geometry.measures import diagonal_mm, face_areas_mm2
 
 DIAGONAL_MIN_MM = 1e-2
 DIAGONAL_MAX_MM = 1e5
+_POLYGON_READERS = {"obj": read_obj, "off": read_off, "ply": read_ply}
 _UNIT_NAMES = {"millimeter": "mm", "centimeter": "cm", "meter": "m", "inch": "in", "foot": "ft", "micron": "micron"}
 
 
@@ -31,12 +32,12 @@ def read_mesh(data: bytes, format: str, units: str | None, limits: Limits = DEFA
         from gripwright.cad.step import read_step_mesh  # half a second that mesh files need not wait
 
         mesh = read_step_mesh(data, units)
-    elif format == "obj":
-        mesh = mesh_in_mm(*_read_obj(data), _stated(format, units))
+    elif format in _POLYGON_READERS:
+        mesh = mesh_in_mm(*_POLYGON_READERS[format](data), _stated(format, units))
     else:
         if format == "3mf":
             open_archive(data, "its archive", limits)
-        scene = trimesh.load_scene(io.BytesIO(data), file_type=format, process=False, maintain_order=True, fix_texture=False)
+        scene = trimesh.load_scene(io.BytesIO(data), file_type=format, process=False)
         vertices, faces = _concatenated(scene)
         mesh = mesh_in_mm(vertices, faces, _unit_of_scene(scene, format, units))
     return merged(checked(mesh))
@@ -106,33 +107,3 @@ def _concatenated(scene: trimesh.Scene) -> tuple[FloatArray, IntArray]:
         faces.append(turned + offset)
         offset += len(own)
     return np.concatenate(vertices), np.concatenate(faces)
-
-
-def _read_obj(data: bytes) -> tuple[FloatArray, IntArray]:
-    """Vertices and triangles of a Wavefront OBJ file; groups, materials, texture and normals do not matter here."""
-    vertices: list[tuple[float, ...]] = []
-    faces: list[tuple[int, int, int]] = []
-    for number, words in _obj_lines(data):
-        try:
-            if words[0] == "v":
-                x, y, z = words[1:4]
-                vertices.append((float(x), float(y), float(z)))
-            elif words[0] == "f":
-                corners = [_obj_index(word, len(vertices)) for word in words[1:]]
-                faces.extend((corners[0], b, c) for b, c in pairwise(corners[1:]))
-        except ValueError as error:
-            raise InvalidGeometry(f"line {number} is no OBJ: {error}") from None
-    return np.array(vertices, dtype=np.float64).reshape(-1, 3), np.array(faces, dtype=np.int64).reshape(-1, 3)
-
-
-def _obj_index(word: str, count: int) -> int:
-    index = int(word.partition("/")[0])
-    return index - 1 if index > 0 else count + index
-
-
-def _obj_lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
-    joined = data.decode("utf-8", errors="replace").replace("\\\r\n", " ").replace("\\\n", " ")
-    for number, line in enumerate(joined.splitlines(), start=1):
-        words = line.split()
-        if words:
-            yield number, words

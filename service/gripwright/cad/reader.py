@@ -16,7 +16,7 @@ import numpy as np
 
 from gripwright.cad import wire
 from gripwright.cad.limits import Limits
-from gripwright.domain.errors import InvalidGeometry, LimitExceeded
+from gripwright.domain.errors import Fault, InvalidGeometry, LimitExceeded
 from gripwright.domain.shape import FloatArray, Mesh
 
 
@@ -92,8 +92,9 @@ class CadReader:
         if header["status"] == "failed":
             self._end()
         if header["status"] != "read":
-            raise_for = LimitExceeded if header["code"] == LimitExceeded.code else InvalidGeometry
-            raise raise_for(f"{name} {header['detail']}", file=name)
+            kind = LimitExceeded if header["code"] == LimitExceeded.code else InvalidGeometry
+            detail = f"{name} {header['detail']}"
+            raise kind(detail, faults=(Fault(name, detail),), file=name)
         return header, payload
 
     def _obituary(self, child: "subprocess.Popen[bytes]") -> dict[str, Any]:
