@@ -26,7 +26,7 @@ COMPONENTS = {entry["id"]: entry for entry in DOCUMENT["components"]}
 PLACED = {**COMPONENTS, **{entry["id"]: entry for entry in DOCUMENT["environment"]}}
 OPERATIONS = {operation["active"][0]: operation for operation in DOCUMENT["operations"]}
 CONTACT_MM3 = 0.01  # rounding of coordinates that touch
-THICKNESS_MM, WIDTH_MM, PALM_RADIUS_MM, PALM_DEPTH_MM = 8.0, 10.0, 75.0, 200.0
+THICKNESS_MM, WIDTH_MM, PALM_RADIUS_MM, PALM_DEPTH_MM = 8.0, 10.0, 100.0, 200.0
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Grip:
     turn_deg: float = 0.0
 
 
-SHAFT, GEARS = (-180.0, 0.0), (180.0, 0.0)
+SHAFT, GEARS = (-220.0, 0.0), (220.0, 0.0)
 GRIPS = {  # the tips 3 mm below the upper edge of what is held; L⁻ from there to the highest thing under the palm
     "coolant-cover": Grip(3, 124.9, 32 - 5, 5),
     "front-cover": Grip(3, 118, 42 - 15, 15),
@@ -49,9 +49,9 @@ GRIPS = {  # the tips 3 mm below the upper edge of what is held; L⁻ from there
     "carrier": Grip(3, 55, 104 - 79, 79),
     "inner-sleeve": Grip(3, 22, 34 - 7, 7, SHAFT),
     "shaft": Grip(3, 16.5, 74 - 51, 51, SHAFT),
-    "gear-block": Grip(2, 24, 21 - 11, 11, (180, 58)),
+    "gear-block": Grip(2, 24, 21 - 11, 11, (220, 58)),
     "sleeve": Grip(3, 19, 74 - 47, 47, SHAFT),
-    "boss-block": Grip(2, 33, 36 - 9, 9, (180, -14)),
+    "boss-block": Grip(2, 33, 36 - 9, 9, (220, -14)),
     "gear": Grip(3, 53, 39 - 17, 17, GEARS),
     "key": Grip(2, 4.4, 104 - 77, 77, (10, 0), 90),
     "nut": Grip(2, 19.8, 74 - 56, 56, SHAFT, 45),

@@ -4,8 +4,8 @@ Needs the development extra `samples` (build123d, bd-warehouse); the results are
 
     python -m gripwright.samples.build_pump
 
-Three groups stand on the pallet: the pump head on the product frame's axis, the drive shaft at x = −180, the gear train
-at x = +180. z = 0 is the pallet's surface. Each `make_…` function models one component in a frame of its own,
+Three groups stand on the pallet: the pump head on the product frame's axis, the drive shaft at x = −220, the gear train
+at x = +220. z = 0 is the pallet's surface. Each `make_…` function models one component in a frame of its own,
 and `COMPONENTS` places it. Lengths in mm.
 """
 # mypy: disable-error-code="import-not-found"
@@ -35,7 +35,7 @@ from build123d import (
 OUTPUT = Path(__file__).parent / "pump"
 STEEL, ALUMINIUM = 7850.0, 2700.0  # kg/m³
 FINE, MEDIUM = 3.0001, 5.0001  # degrees: 120 or 72 chords a circle, divisible by 3, sagitta at most 0.03 mm
-SHAFT_X, GEAR_X = -180.0, 180.0
+SHAFT_X, GEAR_X = -220.0, 220.0
 KEY_X = 10.0  # off the carrier's axis
 GEAR_MODULE, GEAR_TEETH, PINION_TEETH = 1.25, 40, 15
 
@@ -101,7 +101,7 @@ def make_rotor() -> Part:
 
 def make_carrier() -> Part:
     """Flange Ø55 under a hub, with a pocket off its axis, which the key is sunk in, over a keyway."""
-    pocket = Pos(KEY_X, 0, 2) * Box(12, 24, 28, align=FLAT)
+    pocket = Pos(KEY_X, 0, 1.5) * Box(12, 24, 28.5, align=FLAT)
     keyway = Pos(KEY_X, 0, 0) * Box(12, 4.5, 2, align=FLAT)
     return disc(55, 0, 8) + disc(44, 8, 30) - pocket - keyway
 
@@ -157,7 +157,7 @@ def make_flanged_sleeve() -> Part:
 
 def make_pallet() -> Part:
     """The assembly pallet with a nest for each group."""
-    plate = Pos(0, 0, -30) * Box(500, 150, 30, align=FLAT)
+    plate = Pos(0, 0, -30) * Box(560, 150, 30, align=FLAT)
     return plate - disc(40.2, -24.1, 0) - Pos(SHAFT_X, 0, 0) * disc(22.1, -6, 0)
 
 
