@@ -120,8 +120,7 @@ def _without_mesh(component: Component) -> Component:
 
 def _without_meshes(task: AssemblyTask) -> AssemblyTask:
     components = tuple(_without_mesh(component) for component in task.components)
-    obstacles = tuple(dataclasses.replace(obstacle, mesh=_NO_MESH) for obstacle in task.obstacles)
-    return dataclasses.replace(task, components=components, obstacles=obstacles)
+    return dataclasses.replace(task, components=components)
 
 
 def _ref(ref: Ref) -> dict[str, Ref]:

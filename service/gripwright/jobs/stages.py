@@ -14,9 +14,8 @@ from gripwright.report.folder import design_folder
 
 def export(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> dict[str, bytes]:
     """The files of the design folder by their paths."""
-    del plan, toolbox, ctx
-    files: dict[str, bytes] = design_folder(inputs["result"])
-    return files
+    del plan, ctx
+    return design_folder(inputs["result"], toolbox.hands)
 
 
 STAGES: Mapping[str, Stage] = MappingProxyType(

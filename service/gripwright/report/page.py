@@ -1,0 +1,199 @@
+"""The report: one self-contained page on which a person can judge a design."""
+
+import base64
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from gripwright.design.result import DesignResult
+from gripwright.domain.errors import Rejection
+from gripwright.plugin_api import HandModel
+from gripwright.report.pictures import segment_colours
+from gripwright.report.views import component_view, gripper_view, handle_view
+
+_STYLE = """
+:root{color-scheme:light;--line:#d5d9de;--ink:#1c2733;--soft:#5b6875;--good:#00664a;--bad:#a33a00}
+body{font:15px/1.5 system-ui,sans-serif;color:var(--ink);max-width:75rem;margin:2rem auto;padding:0 1rem}
+h1,h2,h3{line-height:1.2}
+h2{margin-top:2.5rem;border-bottom:1px solid var(--line);padding-bottom:.3rem}
+table{border-collapse:collapse;width:100%;font-size:.9rem}
+th,td{text-align:left;padding:.3rem .6rem;border-bottom:1px solid var(--line);vertical-align:top}
+th{color:var(--soft);font-weight:600}
+.scroll{overflow-x:auto}
+figure{margin:0;border:1px solid var(--line);border-radius:6px;overflow:hidden;background:#fff}
+figure img{display:block;width:100%;height:auto}
+figcaption{padding:.4rem .7rem;font-size:.85rem;color:var(--soft);border-top:1px solid var(--line)}
+.cards{display:grid;grid-template-columns:repeat(auto-fill,minmax(19rem,1fr));gap:1rem;margin:1rem 0}
+.ok{color:var(--good);font-weight:600}
+.no{color:var(--bad);font-weight:600}
+.swatch{display:inline-block;width:.9em;height:.9em;border-radius:2px;margin-right:.4em;vertical-align:-1px}
+.split{display:grid;grid-template-columns:minmax(16rem,22rem) 1fr;gap:1rem;align-items:start}
+@media(max-width:50rem){.split{grid-template-columns:1fr}}
+"""
+
+
+def report_page(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
+    """The page as HTML text, pictures included."""
+    document = result.document
+    title = f"{document['product']['name'] or document['product']['part_number']} · revision {document['product']['revision']}"
+    body = "".join(
+        [
+            f"<h1>Grippers for {escape(title)}</h1>",
+            _summary(document),
+            _grippers(result, hands),
+            _bill(document),
+            _operations(document),
+            _handles(result, hands),
+            _components(result),
+            _warnings(document),
+        ]
+    )
+    return (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+        f"<title>{escape(title)}</title><style>{_STYLE}</style></head><body>{body}</body></html>"
+    )
+
+
+def _summary(document: Mapping[str, Any]) -> str:
+    operations = document["operations"]
+    covered = sum(operation["status"] == "covered" for operation in operations)
+    optimum = document["optimum"]
+    proof = (
+        f"Fewer than {optimum['lower_bound']} grippers cannot do it (proven)."
+        if optimum["proven"]
+        else f"At least {optimum['lower_bound']} are needed; that this set is the smallest is not proven."
+    )
+    return (
+        f'<p><span class="{_tone(document["status"] == "complete")}">{escape(document["status"])}</span>: '
+        f"{len(document['grippers'])} grippers do {covered} of {len(operations)} operations. {proof}</p>"
+    )
+
+
+def _grippers(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
+    cards = []
+    for gripper, cad, entry in zip(result.grippers, result.cads, result.document["grippers"], strict=True):
+        actuator = entry["actuator"]
+        text = (
+            f"<strong>{entry['id']}</strong> · {escape(entry['gripper_type'])} · opens {entry['opening_min']:g} to "
+            f"{entry['opening_max']:g} mm · fingers {entry['finger_length']:g} mm<br>{escape(actuator['maker'])} "
+            f"{escape(actuator['model'])}, stroke {actuator['stroke']:g} mm, jaw offset {actuator['jaw_offset']:g} mm"
+        )
+        if isinstance(cad, Rejection):
+            cards.append(f'<p>{text}<br><span class="no">{escape(cad.detail)}</span></p>')
+        else:
+            cards.append(_figure(gripper_view(gripper, cad, hands[gripper.gripper_type]), text, f"gripper {gripper.id}, open"))
+    return f'<h2>Grippers</h2><div class="cards">{"".join(cards)}</div>'
+
+
+def _bill(document: Mapping[str, Any]) -> str:
+    rows = document["bom"]
+    if not rows:
+        return ""
+    columns = [key for key in rows[0] if key != "files"]
+    return "<h2>Bill of materials</h2>" + _table(columns, [[_text(row.get(key)) for key in columns] for row in rows])
+
+
+def _operations(document: Mapping[str, Any]) -> str:
+    rows = [
+        [
+            escape(operation["id"]),
+            f'<span class="{_tone(operation["status"] == "covered")}">{operation["status"]}</span>',
+            _text(operation["component"]),
+            _text(operation["gripper"]),
+            _text(operation["detail"]),
+        ]
+        for operation in document["operations"]
+    ]
+    return "<h2>Operations</h2>" + _table(["operation", "status", "component", "gripper", "reason"], rows)
+
+
+def _handles(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
+    cards = []
+    for gripper, cad, entry in zip(result.grippers, result.cads, result.document["grippers"], strict=True):
+        for handle, record in zip(gripper.handles, entry["handles"], strict=True):
+            gap = "nothing stands around" if record["gap"] is None else f"gap {record['gap']:.2f} mm"
+            safety = record["hold"]["safety_factor"]
+            force = "actuator's force unknown" if safety is None else f"safety factor {safety:.1f}"
+            text = (
+                f"<strong>{escape(handle.operation)}</strong>: {gripper.id} holds {escape(handle.component)}, segment "
+                f"{handle.segment}, at {record['opening_width']:.2f} mm, {escape(record['grasp'])}; {gap}; needs "
+                f"{record['hold']['required_force']:.0f} N, {force}"
+            )
+            if isinstance(cad, Rejection):
+                cards.append(f"<p>{text}</p>")
+                continue
+            picture = handle_view(result, gripper, handle, cad, hands[gripper.gripper_type])
+            cards.append(_figure(picture, text, f"{gripper.id} at the end of {handle.operation}"))
+    return f'<h2>Grasps, at the end of each operation</h2><div class="cards">{"".join(cards)}</div>'
+
+
+def _components(result: DesignResult) -> str:
+    parts = ["<h2>Components and their segments</h2>"]
+    for component, analysis, entry in zip(result.task.components, result.analyses, result.document["components"], strict=True):
+        rows = [_segment_row(segment) for segment in entry["segments"]]
+        head = ["segment", "primitive", "gripper", "opening, mm", "L⁻, mm", "grasps free / planned", "rejected because"]
+        caption = f"{len(rows)} segments by {escape(analysis.segmenter)}"
+        detail = f"<p>{escape(entry['detail'])}</p>" if entry["detail"] else ""
+        parts.append(
+            f'<h3>{escape(component.id)} · <span class="{_tone(entry["status"] == "covered")}">{escape(entry["status"])}'
+            f'</span></h3>{detail}<div class="split">'
+            f"{_figure(component_view(analysis), caption, f'{component.id}, coloured by segment')}{_table(head, rows)}</div>"
+        )
+    return "".join(parts)
+
+
+def _segment_row(segment: Mapping[str, Any]) -> list[str]:
+    red, green, blue = (int(255 * value) for value in segment_colours(np.array([segment["id"]]))[0])
+    primitive = segment["primitive"]
+    shape = "–"
+    if primitive is not None:
+        size = f"⌀{2 * primitive['radius']:.2f} × {primitive['height']:.2f}" if primitive["kind"] == "cylinder" else ""
+        if primitive["kind"] == "box":
+            size = " × ".join(f"{extent:.2f}" for extent in primitive["extents"])
+        shape = escape(f"{primitive['kind']} {size}")
+    return [
+        f'<span class="swatch" style="background:rgb({red},{green},{blue})"></span>{segment["id"]}',
+        shape,
+        _text(segment["gripper_type"]),
+        _number(segment["opening_width"]),
+        _number(segment["finger_length_min"]),
+        f"{segment['grasps_free']} / {segment['grasps_planned']}",
+        "" if segment["graspable"] else f"<strong>{_text(segment['rejection'])}</strong> {_text(segment['detail'])}",
+    ]
+
+
+def _warnings(document: Mapping[str, Any]) -> str:
+    if not document["warnings"]:
+        return ""
+    return "<h2>Warnings</h2><ul>" + "".join(f"<li>{escape(text)}</li>" for text in document["warnings"]) + "</ul>"
+
+
+def _figure(png: bytes, caption: str, alternative: str) -> str:
+    data = base64.b64encode(png).decode()
+    return (
+        f'<figure><img alt="{escape(alternative)}" src="data:image/png;base64,{data}"><figcaption>{caption}</figcaption></figure>'
+    )
+
+
+def _table(head: list[str], rows: list[list[str]]) -> str:
+    top = "".join(f"<th>{escape(name)}</th>" for name in head)
+    lines = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
+    return f'<div class="scroll"><table><thead><tr>{top}</tr></thead><tbody>{lines}</tbody></table></div>'
+
+
+def _tone(good: bool) -> str:
+    return "ok" if good else "no"
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, list):
+        return escape(", ".join(str(item) for item in value))
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return "–" if value is None else escape(str(value))
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else f"{value:.2f}"

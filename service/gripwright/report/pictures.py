@@ -1,0 +1,140 @@
+"""Pictures without a graphics card: first-hit rays, flat shading, and lines where parts or creases meet."""
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from PIL import Image
+
+from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
+from gripwright.geometry.measures import face_normals
+from gripwright.geometry.rays import RayScene
+
+_SAMPLES = 2  # rays a pixel, along each axis
+_LIGHT = np.array([0.35, 0.25, 0.9]) / np.linalg.norm([0.35, 0.25, 0.9])  # seen from the camera: right, up, towards it
+_BACKGROUND = np.array([1.0, 1.0, 1.0])
+
+PALETTE = np.array(
+    [
+        [0.90, 0.62, 0.00], [0.34, 0.71, 0.91], [0.00, 0.62, 0.45], [0.94, 0.89, 0.26],
+        [0.00, 0.45, 0.70], [0.84, 0.37, 0.00], [0.80, 0.47, 0.65], [0.55, 0.55, 0.55],
+    ]
+)  # fmt: skip
+"""Okabe and Ito's colours, told apart by colour-blind readers too."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shown:
+    """A mesh in a picture: its pose in the picture's frame and one colour a face (m, 3), 0..1."""
+
+    mesh: Mesh
+    X: FloatArray  # (4, 4)
+    colours: FloatArray  # (m, 3)
+
+
+def shown(mesh: Mesh, X: FloatArray, colour: Sequence[float] | FloatArray) -> Shown:
+    """A mesh in one colour, or with a colour for each face."""
+    return Shown(mesh=mesh, X=X, colours=np.broadcast_to(np.asarray(colour, dtype=float), (len(mesh.faces), 3)))
+
+
+def segment_colours(labels: IntArray) -> FloatArray:
+    """A colour for each face by its segment (m,) → (m, 3); neighbours in number differ."""
+    return np.asarray(PALETTE[labels % len(PALETTE)] * (1.0 - 0.18 * ((labels // len(PALETTE)) % 4))[:, None])
+
+
+def picture(
+    items: Sequence[Shown], *, direction: Sequence[float], width: int = 480, height: int = 360, focus: FloatArray | None = None
+) -> bytes:
+    """A PNG of the items seen orthographically along `direction` (from the viewer), +z up.
+
+    `focus`: points (n, 3) that fill the picture; everything, where None.
+    """
+    points = np.concatenate([item.mesh.vertices_mm @ item.X[:3, :3].T + item.X[:3, 3] for item in items])
+    offsets = np.cumsum([0, *(len(item.mesh.vertices_mm) for item in items)])
+    faces = np.concatenate([item.mesh.faces + offset for item, offset in zip(items, offsets, strict=False)])
+    colours = np.concatenate([item.colours for item in items])
+    part = np.repeat(np.arange(len(items)), [len(item.mesh.faces) for item in items])
+    right, up, towards = _camera(np.asarray(direction, dtype=float))
+    rays = _Rays(points, points if focus is None else focus, (right, up, towards), width * _SAMPLES, height * _SAMPLES)
+    face, depth = rays.cast(faces)
+    hit = face >= 0
+    normals = face_normals(Mesh(vertices_mm=points, faces=faces))[face]
+    facing = normals @ towards
+    normals = normals * np.sign(facing)[:, None]
+    light = 0.35 + 0.65 * np.clip(normals @ (_LIGHT[0] * right + _LIGHT[1] * up + _LIGHT[2] * towards), 0.0, 1.0)
+    image = np.where(hit[:, None], colours[face] * light[:, None], _BACKGROUND)
+    shape = (height * _SAMPLES, width * _SAMPLES)
+    lines = _lines(
+        np.where(hit, part[face], -1).reshape(shape),
+        colours[face].reshape(*shape, 3),
+        normals.reshape(*shape, 3),
+        np.where(hit, depth, 1e9).reshape(shape),
+        rays.pixel_mm,
+    )
+    image = image.reshape(*shape, 3)
+    image[lines] *= 0.45
+    image = image.reshape(height, _SAMPLES, width, _SAMPLES, 3).mean(axis=(1, 3))
+    return _png(image)
+
+
+Camera = tuple[FloatArray, FloatArray, FloatArray]
+"""Unit vectors of a view: right, up, towards the viewer."""
+
+
+def _camera(direction: FloatArray) -> Camera:
+    towards = -direction / np.linalg.norm(direction)
+    up = np.array([0.0, 0.0, 1.0]) if abs(towards[2]) < 0.99 else np.array([0.0, 1.0, 0.0])
+    right = np.cross(up, towards)
+    right /= np.linalg.norm(right)
+    return right, np.cross(towards, right), towards
+
+
+class _Rays:
+    """One ray a sample of an orthographic picture that shows `focus`."""
+
+    def __init__(self, points: FloatArray, focus: FloatArray, camera: Camera, columns: int, rows: int) -> None:
+        right, up, towards = camera
+        u, v = focus @ right, focus @ up
+        self.pixel_mm = float(max(np.ptp(u) / (0.94 * columns), np.ptp(v) / (0.94 * rows), 1e-6))
+        across = (u.min() + u.max()) / 2.0 + (np.arange(columns) - (columns - 1) / 2.0) * self.pixel_mm
+        along = (v.min() + v.max()) / 2.0 - (np.arange(rows) - (rows - 1) / 2.0) * self.pixel_mm
+        front = float((points @ towards).max()) + 1.0
+        grid_u, grid_v = np.meshgrid(across, along)
+        self._origins = grid_u.reshape(-1, 1) * right + grid_v.reshape(-1, 1) * up + front * towards
+        self._direction = -towards
+        self._points = points
+
+    def cast(self, faces: IntArray) -> tuple[IntArray, FloatArray]:
+        """Face of each sample (−1: none) and its depth, mm."""
+        scene = RayScene(self._points, faces)
+        origins = scene.centred(self._origins)
+        directions = np.broadcast_to(self._direction.astype(np.float32), origins.shape)
+        depth, face, _ = scene.first_hits(origins, np.ascontiguousarray(directions))
+        return face.astype(np.int64), depth.astype(float)
+
+
+def _lines(
+    part: IntArray,
+    colours: FloatArray,
+    normals: FloatArray,
+    depth: FloatArray,
+    pixel_mm: float,
+) -> BoolArray:
+    """Samples beside an outline, a border of colour or a crease of more than 30°."""
+    result = np.zeros(part.shape, dtype=bool)
+    for axis in (0, 1):
+        a = tuple(slice(None, -1) if k == axis else slice(None) for k in range(2))
+        b = tuple(slice(1, None) if k == axis else slice(None) for k in range(2))
+        step = (part[a] != part[b]) | (np.abs(colours[a] - colours[b]).sum(axis=-1) > 1e-6)
+        step |= (normals[a] * normals[b]).sum(axis=-1) < np.cos(np.radians(30.0))
+        step |= np.abs(depth[a] - depth[b]) > 12.0 * pixel_mm
+        result[a] |= step & ((part[a] >= 0) | (part[b] >= 0))
+    return result
+
+
+def _png(image: FloatArray) -> bytes:
+    stream = io.BytesIO()
+    srgb = np.clip(image, 0.0, 1.0) * 255.0
+    Image.fromarray(srgb.astype(np.uint8)).quantize(128, dither=Image.Dither.NONE).save(stream, format="PNG", optimize=True)
+    return stream.getvalue()

@@ -1,0 +1,58 @@
+"""What the report shows: a component by its segments, a gripper, a gripper at its grasp."""
+
+import numpy as np
+
+from gripwright.design.gripper_assembly import gripper_parts
+from gripwright.design.result import DesignResult
+from gripwright.design.stages.fingers import GripperCad
+from gripwright.domain.gripper import Gripper, Handle
+from gripwright.domain.shape import Analysis, FloatArray
+from gripwright.plugin_api import HandModel
+from gripwright.report.pictures import Shown, picture, segment_colours, shown
+
+_VIEW = (-1.0, 1.4, -0.8)
+_HELD = (0.90, 0.62, 0.00)
+_STANDING = (0.80, 0.83, 0.86)
+_OBSTACLE = (0.62, 0.66, 0.60)
+
+
+def component_view(analysis: Analysis) -> bytes:
+    """The component, each segment in its colour."""
+    labels = np.zeros(len(analysis.mesh.faces), dtype=np.int64)
+    for item in analysis.segments:
+        labels[item.segment.faces] = item.segment.id
+    return picture([shown(analysis.mesh, np.eye(4), segment_colours(labels))], direction=_VIEW)
+
+
+def gripper_view(gripper: Gripper, cad: GripperCad, hand: HandModel) -> bytes:
+    """The gripper, open, its fingers pointing down."""
+    upside_down = np.diag([1.0, -1.0, -1.0, 1.0])
+    return picture(_parts(gripper, cad, hand, gripper.opening_max_mm, upside_down), direction=_VIEW)
+
+
+def handle_view(result: DesignResult, gripper: Gripper, handle: Handle, cad: GripperCad, hand: HandModel) -> bytes:
+    """The gripper on its component at the end of the operation, among everything that stands there."""
+    operation = next(item for item in result.task.operations if item.id == handle.operation)
+    meshes = {c.id: a.mesh for c, a in zip(result.task.components, result.analyses, strict=True)}
+    X_PC = {component.id: component.X_PC for component in result.task.components}
+    place = operation.motion[-1]
+    held = [shown(meshes[name], place @ X_PC[name], _HELD) for name in operation.active]
+    standing = [shown(meshes[name], X_PC[name], _STANDING) for name in operation.passive]
+    standing += [
+        shown(item.mesh, item.X_PE, _OBSTACLE)
+        for item in result.task.obstacles
+        if item.operations is None or operation.id in item.operations
+    ]
+    X_PG = place @ X_PC[handle.component] @ handle.grasp.X_CG
+    hand_parts = _parts(gripper, cad, hand, handle.opening_width_mm, X_PG)
+    focus = np.concatenate([_points(item) for item in [*held, *hand_parts]])
+    return picture([*hand_parts, *held, *standing], direction=_VIEW, focus=focus)
+
+
+def _parts(gripper: Gripper, cad: GripperCad, hand: HandModel, opening_mm: float, X: FloatArray) -> list[Shown]:
+    parts = gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, opening_mm)
+    return [shown(part.mesh, X, part.colour) for part in parts]
+
+
+def _points(item: Shown) -> FloatArray:
+    return np.asarray(item.mesh.vertices_mm @ item.X[:3, :3].T + item.X[:3, 3])
