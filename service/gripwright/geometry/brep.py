@@ -6,12 +6,13 @@ Stored form: OCP's binary BRep stream without triangulation; a solid built by th
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from OCP.BinTools import BinTools, BinTools_FormatVersion
 from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
 from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
@@ -20,6 +21,7 @@ from OCP.BRepFilletAPI import BRepFilletAPI_MakeChamfer
 from OCP.BRepGProp import BRepGProp
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
+from OCP.GeomAbs import GeomAbs_SurfaceType
 from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
 from OCP.GProp import GProp_GProps
 from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
@@ -46,6 +48,16 @@ class SolidMeasure:
 
     volume_mm3: float
     centre_of_mass_mm: FloatArray  # (3,)
+
+
+class Bore(NamedTuple):
+    """A bore parallel to z."""
+
+    x_mm: float
+    y_mm: float
+    diameter_mm: float
+    z_min_mm: float
+    z_max_mm: float
 
 
 def write_brep(shape: Shape) -> bytes:
@@ -170,13 +182,34 @@ def chamfer(shape: Shape, width_mm: float, low_mm: FloatArray, high_mm: FloatArr
     """Chamfer, by the same width on both faces, every edge that lies wholly in the closed box low..high."""
     maker = BRepFilletAPI_MakeChamfer(shape)
     seen: list[Shape] = []
-    for edge in _parts(shape, TopAbs_ShapeEnum.TopAbs_EDGE):
+    for edge in edges(shape):
         corners = bounds_mm(edge)
         inside = bool((corners[0] >= low_mm - 1e-6).all() and (corners[1] <= high_mm + 1e-6).all())
         if inside and not any(edge.IsSame(other) for other in seen):
             seen.append(edge)
-            maker.Add(width_mm, TopoDS.Edge(edge))
+            maker.Add(width_mm, edge)
     return maker.Shape() if seen else shape
+
+
+def edges(shape: Shape) -> list[Shape]:
+    """All edges; one that two faces share comes twice."""
+    return [TopoDS.Edge(edge) for edge in _parts(shape, TopAbs_ShapeEnum.TopAbs_EDGE)]
+
+
+def bores_z(shape: Shape) -> list[Bore]:
+    """Every cylindrical wall about an axis parallel to z that has the axis in the open, by x, y and radius."""
+    bores: set[Bore] = set()
+    for face in _parts(shape, TopAbs_ShapeEnum.TopAbs_FACE):
+        surface = BRepAdaptor_Surface(TopoDS.Face(face))
+        if surface.GetType() != GeomAbs_SurfaceType.GeomAbs_Cylinder or face.Orientation() != TopAbs_Orientation.TopAbs_REVERSED:
+            continue
+        cylinder = surface.Cylinder()
+        axis, low_high = cylinder.Axis(), bounds_mm(face)[:, 2]
+        if abs(axis.Direction().Z()) < 1.0 - 1e-9:
+            continue
+        measures = (axis.Location().X(), axis.Location().Y(), 2.0 * cylinder.Radius(), *low_high)
+        bores.add(Bore(*(round(float(value), 6) + 0.0 for value in measures)))
+    return sorted(bores)
 
 
 def _unified(shape: Shape) -> Shape:

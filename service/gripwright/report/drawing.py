@@ -17,6 +17,7 @@ from gripwright.report.dimension import Point, horizontal, millimetres, text, ve
 _SHEET = (297.0, 210.0)
 _MARGIN, _GAP = 10.0, 34.0
 _NOTES_WIDTH, _TITLE_HEIGHT = 120.0, 42.0
+_LETTER_ROOM_MM = 5.0
 _SCALES = (5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05)  # ISO 5455
 
 
@@ -52,7 +53,7 @@ def finger_drawing(cad: GripperCad, *, title: str, part_number: str) -> str:
     solid = brep.single_solid(brep.read_brep(cad.finger.brep))
     measures = _measure(cad, solid)
     front, side, top = _views(solid, measures)
-    notes = _notes(cad, measures)
+    notes, column = _notes(cad, measures), _SHEET[0] - _MARGIN - _NOTES_WIDTH + 2.0
     body = "".join(
         [
             *(view.svg() for view in (front, side, top)),
@@ -60,10 +61,7 @@ def finger_drawing(cad: GripperCad, *, title: str, part_number: str) -> str:
             _side_dimensions(side, measures),
             _top_dimensions(top, measures),
             _title_block(cad, title, part_number, front.scale),
-            *(
-                text((_SHEET[0] - _MARGIN - _NOTES_WIDTH + 2.0, 20.0 + 5.0 * i), note, anchor="start")
-                for i, note in enumerate(notes)
-            ),
+            *(text((column, 20.0 + 5.0 * i), note, anchor="start") for i, note in enumerate(notes)),
         ]
     )
     width, height = _SHEET
@@ -158,8 +156,10 @@ def _top_dimensions(view: _View, m: _Measures) -> str:
         parts.append(vertical(view.at(column, ys[-1]), view.at(column, ys[0]), _left_of(view, m, column), ys[-1] - ys[0]))
     for letter, (x, y) in zip(_letters(m.bores), _places(m.bores), strict=True):
         radius = max(bore.diameter_mm for bore in m.bores if bore[:2] == (x, y)) / 2.0
-        beside = view.at(x + radius, y)
-        parts.append(text((beside[0] + 2.2, beside[1] + 1.1), letter))
+        room = (m.high[0] - x - radius) * view.scale
+        side = 1.0 if room > _LETTER_ROOM_MM else -1.0
+        beside = view.at(x + side * radius, y)
+        parts.append(text((beside[0] + side * 2.2, beside[1] + 1.1), letter))
     return "".join(parts)
 
 
