@@ -1,10 +1,14 @@
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.STEPControl import STEPControl_Reader
 
+from gripwright.cad.export import step_bytes
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, INTERNAL, PARALLEL_2
 from gripwright.domain.gripper import Actuator, FingerDesign, FingerSpec, JawInterface
@@ -107,34 +111,47 @@ def test_the_gripping_surface_is_whole_at_x_zero_and_faces_the_component(fingers
     assert np.allclose(face_normals(mesh)[on_plane], [facing, 0.0, 0.0])
 
 
-def holes(finger: FingerDesign, z_mm: float) -> dict[float, float]:
-    """y → radius of the rings of vertices about the line of the bolts at this height: what a gauge would measure."""
-    vertices = finger.mesh.vertices_mm
-    level = vertices[np.abs(vertices[:, 2] - z_mm) < 1e-6]
-    found = {}
-    for y in (-9.0, 0.0, 9.0):
-        distances = np.round(np.hypot(level[:, 0] - finger.properties["bolt_x_mm"], level[:, 1] - y), 6)
-        radii, counts = np.unique(distances, return_counts=True)
-        if counts.max() >= 12:
-            found[y] = float(radii[counts.argmax()])
-    return found
+def read_step(step: bytes, folder: Path) -> brep.Shape:
+    """As a CAM program would read it."""
+    file = folder / "finger.step"
+    file.write_bytes(step)
+    reader = STEPControl_Reader()
+    assert reader.ReadFile(str(file)) == IFSelect_ReturnStatus.IFSelect_RetDone
+    reader.TransferRoots()
+    return reader.OneShape()
 
 
+@pytest.mark.parametrize("grip", [EXTERNAL, INTERNAL])
 @pytest.mark.parametrize("offset_mm", [-20.0, 0.0, 9.25, 22.0])
-def test_the_base_has_holes_where_the_jaw_has_its_threads_and_its_pin(offset_mm: float) -> None:
-    finger = designed(make_spec(jaw_offset_mm=offset_mm))
+def test_the_step_file_holds_one_valid_solid_with_holes_where_the_jaw_has_threads_and_pin(
+    offset_mm: float, grip: str, tmp_path: Path
+) -> None:
+    finger = designed(make_spec(jaw_offset_mm=offset_mm, grip=grip))
+
+    solid = brep.single_solid(read_step(step_bytes(finger.brep, name="Finger", part_number="F-1"), tmp_path))
 
     back = -30.0 - finger.properties["base_thickness_mm"]
-    assert finger.properties["bolt_x_mm"] == pytest.approx(7.0 - offset_mm)
-    assert holes(finger, back) == {-9.0: 2.25, 0.0: 1.5, 9.0: 2.25}
-    assert holes(finger, -30.0) == {-9.0: 3.75, 9.0: 3.75}
+    x, seat = 7.0 - offset_mm, -34.5
+    assert brep.measure(solid).volume_mm3 == pytest.approx(volume_mm3(finger.mesh), rel=5e-3)
+    assert np.array(brep.bores_z(solid)) == pytest.approx(
+        np.array(
+            [
+                (x, -9.0, 4.5, back, seat),
+                (x, -9.0, 7.5, seat, -30.0),
+                (x, 0.0, 3.0, back, back + 5.5),
+                (x, 9.0, 4.5, back, seat),
+                (x, 9.0, 7.5, seat, -30.0),
+            ]
+        ),
+        abs=1e-6,
+    )
 
 
-def test_screw_heads_sink_below_the_palms_plane() -> None:
-    finger = designed(make_spec())
+def test_the_centre_of_mass_lies_on_the_fingers_plane_of_symmetry() -> None:
+    properties = designed(make_spec()).properties
 
-    depths = np.unique(np.round(finger.mesh.vertices_mm[:, 2], 6))
-    assert any(depth == pytest.approx(-34.5) for depth in depths)
+    assert properties["com_y_mm"] == pytest.approx(0.0, abs=1e-6)
+    assert -30.0 - properties["base_thickness_mm"] < properties["com_z_mm"] < 0.0
 
 
 def test_a_jaw_far_inside_gives_a_base_as_thick_as_its_moment_needs() -> None:

@@ -83,8 +83,8 @@ class StraightFinger:
         if isinstance(build, Rejection):
             return build
         shape = self._shape(spec, plan, build.base_thickness_mm)
-        volume = brep.measure(shape).volume_mm3
-        mass = volume * 1e-9 * build.material.density_kg_m3
+        measure = brep.measure(shape)
+        mass = measure.volume_mm3 * 1e-9 * build.material.density_kg_m3
         limit = spec.actuator.finger_mass_max_kg
         if limit is not None and mass > limit:
             return Rejection("finger-too-heavy", f"a finger of {build.material.name} has {mass:.3f} kg, at most {limit:.3f}")
@@ -92,9 +92,9 @@ class StraightFinger:
             brep=brep.write_brep(shape),
             mesh=brep.tessellate(shape),
             material=build.material.name,
-            volume_mm3=volume,
+            volume_mm3=measure.volume_mm3,
             mass_kg=mass,
-            properties=self._properties(spec, plan, build),
+            properties=self._properties(spec, plan, build) | _centre_of_mass(measure),
         )
 
     def _plan(self, spec: FingerSpec) -> _Plan | Rejection:
@@ -247,3 +247,8 @@ class StraightFinger:
             "bolt_pitch_mm": spec.jaw.bolt_pitch_mm,
             "pin_hole_mm": spec.jaw.pin_diameter_mm,
         }
+
+
+def _centre_of_mass(measure: brep.SolidMeasure) -> dict[str, float]:
+    """In the finger frame, mm."""
+    return dict(zip(("com_x_mm", "com_y_mm", "com_z_mm"), measure.centre_of_mass_mm.round(6).tolist(), strict=True))
