@@ -9,6 +9,7 @@ import gripwright
 from gripwright.http.body_limit import BodyLimit
 from gripwright.http.errors import register_error_handlers
 from gripwright.http.observed import Observed
+from gripwright.http.openapi import describe_problems
 from gripwright.http.routers import (
     actuators,
     components,
@@ -23,7 +24,7 @@ from gripwright.http.routers import (
 )
 from gripwright.http.state import State
 from gripwright.settings import Settings
-from gripwright.store.migrate import migrate, require_current
+from gripwright.store.migrate import prepare
 
 PREFIX = "/api/v1"
 
@@ -40,9 +41,7 @@ def create_app(settings: Settings) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         settings.data_dir.mkdir(parents=True, exist_ok=True)
-        if settings.uses_default_database:
-            migrate(service.database)
-        require_current(service.database)
+        prepare(service.database, automatically=settings.uses_default_database)
         service.start()
         yield
         service.stop()
@@ -57,6 +56,7 @@ def create_app(settings: Settings) -> FastAPI:
         openapi_url="/openapi.json",
     )
     app.state.service = service
+    describe_problems(app)
     register_error_handlers(app)
     app.add_middleware(Observed, requests=service.requests)
     app.add_middleware(

@@ -6,8 +6,11 @@ import zipfile
 from fastapi import Response, status
 from fastapi.responses import FileResponse
 from starlette.background import BackgroundTask
+from starlette.datastructures import Headers
+from starlette.types import Message, Receive, Scope, Send
 
 from gripwright.domain.errors import NotFound
+from gripwright.http.errors import problem
 from gripwright.http.preconditions import is_known
 from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.models import DesignRow
@@ -15,6 +18,27 @@ from gripwright.store.models import DesignRow
 _INLINE = frozenset({"application/json", "text/csv", "text/html", "image/png"})
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # archives of the same files are the same, byte for byte
 _REPORT_POLICY = "sandbox allow-scripts; default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+
+
+class _StoredFile(FileResponse):
+    """A file whose refusals of a range are problems, too."""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        refusal: Message | None = None
+
+        async def checked(message: Message) -> None:
+            nonlocal refusal
+            if message["type"] == "http.response.start" and message["status"] >= 400:
+                refusal = message
+            if refusal is None:
+                await send(message)
+
+        await super().__call__(scope, receive, checked)
+        if refusal is not None:
+            content_range = Headers(raw=refusal["headers"]).get("content-range")
+            headers = {} if content_range is None else {"Content-Range": content_range}
+            answer = problem(refusal["status"], "bad-range", "the file has no such range", headers=headers)
+            await answer(scope, receive, send)
 
 
 def file_response(artifacts: ArtifactStore, sha256: str, *, media_type: str, name: str, if_none_match: str | None) -> Response:
@@ -26,7 +50,7 @@ def file_response(artifacts: ArtifactStore, sha256: str, *, media_type: str, nam
     kind = media_type.partition(";")[0]
     if kind == "text/html":
         headers["Content-Security-Policy"] = _REPORT_POLICY
-    return FileResponse(
+    return _StoredFile(
         artifacts.path(sha256),
         media_type=media_type,
         headers=headers,

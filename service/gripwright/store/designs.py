@@ -88,8 +88,8 @@ class JobRepository:
 
     def counts(self) -> dict[str, int]:
         """How many jobs there are of each status."""
-        query = select(JobRow.status, func.count()).group_by(JobRow.status)
-        return {status: count for status, count in self._session.execute(query).tuples()}  # noqa: C416 - rows are no pairs to mypy
+        query = select(JobRow.status, func.count().label("jobs")).group_by(JobRow.status)
+        return {row.status: row.jobs for row in self._session.execute(query)}
 
     def oldest_queued(self) -> datetime | None:
         """When the job that has waited longest was created."""

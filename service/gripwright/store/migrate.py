@@ -46,6 +46,13 @@ def migrate(database: Database) -> None:
                 ActuatorRepository(session).fill(seed_actuators(), utc_now())
 
 
+def prepare(database: Database, *, automatically: bool) -> None:
+    """Migrate where that is allowed; Conflict where the database is not at this version afterwards."""
+    if automatically:
+        migrate(database)
+    require_current(database)
+
+
 def require_current(database: Database) -> None:
     """Conflict where the database is not at this version's newest migration."""
     expected = ScriptDirectory.from_config(alembic_config()).get_current_head()

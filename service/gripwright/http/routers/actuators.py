@@ -7,7 +7,7 @@ from fastapi import APIRouter, Path, Response, status
 from gripwright.http.deps import Now, ReadSession, WriteSession
 from gripwright.http.preconditions import IfMatch, check_match, version_tag
 from gripwright.http.schemas.actuators import ActuatorFigures, ActuatorList, ActuatorView
-from gripwright.http.schemas.problem import Problem
+from gripwright.http.schemas.problem import problems
 from gripwright.store.actuators import ActuatorRepository
 
 router = APIRouter(prefix="/actuators", tags=["actuators"])
@@ -22,7 +22,7 @@ def list_actuators(session: ReadSession) -> ActuatorList:
     return ActuatorList(items=[ActuatorView.of(row) for row in ActuatorRepository(session).all()])
 
 
-@router.get("/{maker}/{model:path}", operation_id="get_actuator", responses={404: {"model": Problem}})
+@router.get("/{maker}/{model:path}", operation_id="get_actuator", responses=problems(404))
 def get_actuator(maker: Maker, model: Model, session: ReadSession, response: Response) -> ActuatorView:
     """One actuator."""
     row = ActuatorRepository(session).get(maker, model)
@@ -33,7 +33,7 @@ def get_actuator(maker: Maker, model: Model, session: ReadSession, response: Res
 @router.put(
     "/{maker}/{model:path}",
     operation_id="put_actuator",
-    responses={201: {"model": ActuatorView, "description": "New"}, 412: {"model": Problem}, 422: {"model": Problem}},
+    responses={201: {"model": ActuatorView, "description": "New"}, **problems(412, 422)},
 )
 def put_actuator(
     maker: Maker,
@@ -58,7 +58,7 @@ def put_actuator(
     "/{maker}/{model:path}",
     operation_id="delete_actuator",
     status_code=status.HTTP_204_NO_CONTENT,
-    responses={code: {"model": Problem} for code in (404, 412)},
+    responses=problems(404, 412),
 )
 def delete_actuator(maker: Maker, model: Model, session: WriteSession, if_match: IfMatch = None) -> None:
     """Take an actuator out of the catalogue."""

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Body, Query, Response, status
 from gripwright.http.deps import Artifacts, Now, ReadSession, WriteSession
 from gripwright.http.downloads import file_response
 from gripwright.http.preconditions import IfMatch, IfNoneMatch, check_match, is_known, version_tag
-from gripwright.http.schemas.problem import Problem
+from gripwright.http.schemas.problem import problems
 from gripwright.http.schemas.products import ComponentPatch, ComponentView
 from gripwright.jobs.products import change_component, component_mesh
 from gripwright.store.media_types import media_type_of
@@ -30,7 +30,7 @@ _PATCH_SCHEMA: dict[str, Any] = {
     "",
     operation_id="get_component",
     response_model=ComponentView,
-    responses={304: {"description": "Not modified"}, 404: {"model": Problem}},
+    responses={304: {"description": "Not modified"}, **problems(404)},
 )
 def get_component(
     product_id: str, component_id: str, session: ReadSession, response: Response, if_none_match: IfNoneMatch = None
@@ -47,7 +47,7 @@ def get_component(
 @router.patch(
     "",
     operation_id="patch_component",
-    responses={code: {"model": Problem} for code in (404, 412, 415, 422)},
+    responses=problems(404, 412, 415, 422),
     openapi_extra=_PATCH_SCHEMA,
 )
 def patch_component(
@@ -75,8 +75,7 @@ def patch_component(
     responses={
         200: {"content": {"model/gltf-binary": {}}, "description": "The mesh, metres as glTF says"},
         304: {"description": "Not modified"},
-        404: {"model": Problem},
-        409: {"model": Problem, "description": "Not analysed yet: request a design first"},
+        **problems(404, 409),
     },
 )
 def get_component_mesh(

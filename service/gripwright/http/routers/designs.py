@@ -13,7 +13,7 @@ from gripwright.http.deps import Artifacts, Now, Plugins, ReadSession, WriteSess
 from gripwright.http.downloads import archive_response, file_response
 from gripwright.http.preconditions import IfNoneMatch
 from gripwright.http.schemas.designs import DesignAccepted, DesignRequest, DesignView
-from gripwright.http.schemas.problem import Problem
+from gripwright.http.schemas.problem import problems
 from gripwright.jobs.requests import request_design, request_design_once
 from gripwright.store.designs import DesignRepository
 from gripwright.store.jobs import DOCUMENT
@@ -27,7 +27,7 @@ POLL_AFTER_S = 1
     "/products/{product_id}/designs",
     operation_id="create_design",
     status_code=status.HTTP_202_ACCEPTED,
-    responses={code: {"model": Problem} for code in (404, 409, 415, 422)},
+    responses=problems(404, 409, 415, 422),
 )
 def create_design(
     product_id: str,
@@ -53,7 +53,7 @@ def create_design(
     return DesignAccepted.of(design)
 
 
-@router.get("/designs/{design_id}", operation_id="get_design", responses={404: {"model": Problem}})
+@router.get("/designs/{design_id}", operation_id="get_design", responses=problems(404))
 def get_design(design_id: str, session: ReadSession, artifacts: Artifacts, response: Response) -> DesignView:
     """Where a design stands; `design` is design.json once it is complete or incomplete, `problem` says why it failed."""
     row = DesignRepository(session).get(design_id)
@@ -78,8 +78,7 @@ def get_design(design_id: str, session: ReadSession, artifacts: Artifacts, respo
                 "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet": {},
             },
         },
-        404: {"model": Problem},
-        406: {"model": Problem},
+        **problems(404, 406),
     },
 )
 def get_design_bom(design_id: str, session: ReadSession, artifacts: Artifacts, request: Request) -> Response:
@@ -95,8 +94,7 @@ def get_design_bom(design_id: str, session: ReadSession, artifacts: Artifacts, r
     responses={
         206: {"description": "The range that was asked for"},
         304: {"description": "Not modified"},
-        404: {"model": Problem},
-        416: {"model": Problem},
+        **problems(404, 416),
     },
 )
 def get_design_file(
@@ -112,7 +110,7 @@ def get_design_file(
     "/designs/{design_id}/package.zip",
     operation_id="get_design_package",
     response_class=FileResponse,
-    responses={200: {"content": {"application/zip": {}}, "description": "The design folder"}, 404: {"model": Problem}},
+    responses={200: {"content": {"application/zip": {}}, "description": "The design folder"}, **problems(404)},
 )
 def get_design_package(design_id: str, session: ReadSession, artifacts: Artifacts) -> Response:
     """The whole design folder as an archive."""

@@ -8,7 +8,7 @@ from gripwright.http.deps import Now, ReadSession, Service
 from gripwright.http.errors import NotReady
 from gripwright.http.metrics import metrics_text
 from gripwright.http.schemas.health import Health
-from gripwright.http.schemas.problem import Problem
+from gripwright.http.schemas.problem import problems
 from gripwright.store.migrate import require_current
 
 router = APIRouter(tags=["health"])
@@ -20,7 +20,7 @@ def live() -> Health:
     return Health(status="ok")
 
 
-@router.get("/health/ready", operation_id="health_ready", responses={503: {"model": Problem}})
+@router.get("/health/ready", operation_id="health_ready", responses=problems(503))
 def ready(service: Service) -> Health:
     """The database is there in this version's form, files can be written, and the plug-ins are listed."""
     try:

@@ -10,7 +10,7 @@ from gripwright.http.deps import Now, ReadSession, Service, WriteSession
 from gripwright.http.events import follow_job
 from gripwright.http.pagination import Page, link_next
 from gripwright.http.schemas.designs import JobPage, JobView
-from gripwright.http.schemas.problem import Problem
+from gripwright.http.schemas.problem import problems
 from gripwright.store.designs import JobRepository
 from gripwright.store.models import JobRow
 from gripwright.store.pages import Cursor
@@ -20,7 +20,7 @@ router = APIRouter(prefix="/jobs", tags=["jobs"])
 JobStatus = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 
 
-@router.get("", operation_id="list_jobs", responses={422: {"model": Problem}})
+@router.get("", operation_id="list_jobs", responses=problems(422))
 def list_jobs(
     session: ReadSession,
     page: Page,
@@ -36,7 +36,7 @@ def list_jobs(
     return JobPage(items=[JobView.of(row) for row in shown], next_cursor=next_cursor)
 
 
-@router.get("/{job_id}", operation_id="get_job", responses={404: {"model": Problem}})
+@router.get("/{job_id}", operation_id="get_job", responses=problems(404))
 def get_job(job_id: str, session: ReadSession) -> JobView:
     """Where a job stands."""
     return JobView.of(JobRepository(session).get(job_id))
@@ -46,7 +46,7 @@ def get_job(job_id: str, session: ReadSession) -> JobView:
     "/{job_id}/cancel",
     operation_id="cancel_job",
     status_code=status.HTTP_202_ACCEPTED,
-    responses={code: {"model": Problem} for code in (404, 409)},
+    responses=problems(404, 409),
 )
 def cancel_job(job_id: str, session: WriteSession, now: Now) -> JobView:
     """Stop a job: a queued one at once, a running one within a second."""
@@ -60,7 +60,7 @@ def cancel_job(job_id: str, session: WriteSession, now: Now) -> JobView:
     "/{job_id}/retry",
     operation_id="retry_job",
     status_code=status.HTTP_202_ACCEPTED,
-    responses={code: {"model": Problem} for code in (404, 409)},
+    responses=problems(404, 409),
 )
 def retry_job(job_id: str, session: WriteSession, now: Now) -> JobView:
     """Queue a failed or cancelled job again; steps that finished do not run again."""
@@ -79,7 +79,7 @@ def existing_job(job_id: str, session: ReadSession) -> str:
     "/{job_id}/events",
     operation_id="follow_job",
     response_class=EventSourceResponse,
-    responses={404: {"model": Problem}},
+    responses=problems(404),
 )
 async def follow_job_events(
     job: Annotated[str, Depends(existing_job, scope="function")],

@@ -5,12 +5,12 @@ from fastapi import APIRouter
 from gripwright.domain.errors import NotFound
 from gripwright.http.deps import Plugins
 from gripwright.http.schemas.plugins import PluginFailure, PluginList, PluginView
-from gripwright.http.schemas.problem import Problem
+from gripwright.http.schemas.problem import problems
 
 router = APIRouter(prefix="/plugins", tags=["plug-ins"])
 
 
-@router.get("", operation_id="list_plugins", responses={503: {"model": Problem}})
+@router.get("", operation_id="list_plugins", responses=problems(503))
 def list_plugins(plugins: Plugins) -> PluginList:
     """Every plug-in with the JSON Schema of its options, and those that did not load, with the reason."""
     return PluginList(
@@ -19,7 +19,7 @@ def list_plugins(plugins: Plugins) -> PluginList:
     )
 
 
-@router.get("/{kind}/{name}", operation_id="get_plugin", responses={code: {"model": Problem} for code in (404, 503)})
+@router.get("/{kind}/{name}", operation_id="get_plugin", responses=problems(404, 503))
 def get_plugin(kind: str, name: str, plugins: Plugins) -> PluginView:
     """One plug-in."""
     for plugin in plugins["plugins"]:

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Body, Query, Request, Response, status
 from gripwright.http.deps import Artifacts, Now, ReadSession, Service, WriteSession
 from gripwright.http.pagination import Page, link_next
 from gripwright.http.preconditions import IfMatch, IfNoneMatch, check_match, is_known, require_match, version_tag
-from gripwright.http.schemas.problem import Problem
+from gripwright.http.schemas.problem import problems
 from gripwright.http.schemas.products import OperationsBody, ProductPage, ProductSummary, ProductView
 from gripwright.http.uploads import UPLOAD_SCHEMA, UploadParts, stored_upload
 from gripwright.jobs.products import read_upload, register_product, replace_operations
@@ -26,10 +26,7 @@ router = APIRouter(prefix="/products", tags=["products"])
     response_model=ProductView,
     responses={
         200: {"model": ProductView, "description": "It exists with the same content"},
-        409: {"model": Problem},
-        413: {"model": Problem},
-        415: {"model": Problem},
-        422: {"model": Problem},
+        **problems(409, 413, 415, 422),
     },
     openapi_extra=UPLOAD_SCHEMA,
 )
@@ -47,7 +44,7 @@ def create_product(
     return ProductView.of(row)
 
 
-@router.get("", operation_id="list_products", responses={422: {"model": Problem}})
+@router.get("", operation_id="list_products", responses=problems(422))
 def list_products(
     session: ReadSession,
     page: Page,
@@ -66,7 +63,7 @@ def list_products(
     "/{product_id}",
     operation_id="get_product",
     response_model=ProductView,
-    responses={304: {"description": "Not modified"}, 404: {"model": Problem}},
+    responses={304: {"description": "Not modified"}, **problems(404)},
 )
 def get_product(product_id: str, session: ReadSession, response: Response, if_none_match: IfNoneMatch = None) -> object:
     """A product with its components and its assembly sequence."""
@@ -82,7 +79,7 @@ def get_product(product_id: str, session: ReadSession, response: Response, if_no
     "/{product_id}",
     operation_id="delete_product",
     status_code=status.HTTP_204_NO_CONTENT,
-    responses={code: {"model": Problem} for code in (404, 409, 412, 428)},
+    responses=problems(404, 409, 412, 428),
 )
 def remove_product(product_id: str, session: WriteSession, if_match: IfMatch = None) -> None:
     """Delete a product and its designs. `If-Match` is required: nobody deletes what they have not seen."""
@@ -94,7 +91,7 @@ def remove_product(product_id: str, session: WriteSession, if_match: IfMatch = N
 @router.put(
     "/{product_id}/operations",
     operation_id="put_operations",
-    responses={code: {"model": Problem} for code in (404, 412, 422)},
+    responses=problems(404, 412, 422),
 )
 def put_operations(
     product_id: str,

@@ -3,7 +3,7 @@
 from fastapi import APIRouter, Response, status
 
 from gripwright.http.deps import Now, ReadSession, Service, WriteSession
-from gripwright.http.schemas.problem import Problem
+from gripwright.http.schemas.problem import problems
 from gripwright.http.schemas.webhooks import WebhookCreated, WebhookRequest, WebhookView
 from gripwright.jobs.deliveries import check_target, new_secret
 from gripwright.store.columns import new_id
@@ -19,7 +19,7 @@ _NEWEST = 50
     "",
     operation_id="create_webhook",
     status_code=status.HTTP_201_CREATED,
-    responses={422: {"model": Problem}},
+    responses=problems(422),
 )
 def create_webhook(body: WebhookRequest, session: WriteSession, service: Service, now: Now, response: Response) -> WebhookCreated:
     """Subscribe to the ends of designs. Messages are signed as Standard Webhooks says; the secret is shown this once."""
@@ -30,7 +30,7 @@ def create_webhook(body: WebhookRequest, session: WriteSession, service: Service
     return WebhookCreated.of(row)
 
 
-@router.get("/{webhook_id}", operation_id="get_webhook", responses={404: {"model": Problem}})
+@router.get("/{webhook_id}", operation_id="get_webhook", responses=problems(404))
 def get_webhook(webhook_id: str, session: ReadSession) -> WebhookView:
     """A webhook with its newest messages."""
     webhooks = WebhookRepository(session)
@@ -41,7 +41,7 @@ def get_webhook(webhook_id: str, session: ReadSession) -> WebhookView:
     "/{webhook_id}",
     operation_id="delete_webhook",
     status_code=status.HTTP_204_NO_CONTENT,
-    responses={404: {"model": Problem}},
+    responses=problems(404),
 )
 def delete_webhook(webhook_id: str, session: WriteSession) -> None:
     """Unsubscribe; messages that wait are dropped."""

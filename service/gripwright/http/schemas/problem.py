@@ -1,5 +1,8 @@
 """Errors as callers see them (RFC 9457)."""
 
+from http import HTTPStatus
+from typing import Any
+
 from pydantic import BaseModel, Field
 
 
@@ -18,3 +21,9 @@ class Problem(BaseModel):
     status: int
     detail: str
     errors: list[ProblemError] | None = Field(default=None, description="for input: every fault and its place")
+
+
+def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """Answers of a route that are problems, for its documentation."""
+    content = {"application/problem+json": {"schema": {"$ref": "#/components/schemas/Problem"}}}
+    return {status: {"description": HTTPStatus(status).phrase, "content": content} for status in statuses}

@@ -1,0 +1,78 @@
+"""`gripwright serve`, `gripwright worker` and `gripwright migrate`."""
+
+import logging
+import signal
+from typing import Annotated
+
+import typer
+import uvicorn
+
+from gripwright.http.app import create_app
+from gripwright.jobs.supervisor import Supervisor
+from gripwright.jobs.worker import run_worker
+from gripwright.settings import Settings, load_settings
+from gripwright.store.engines import Database
+from gripwright.store.migrate import migrate as migrate_database
+from gripwright.store.migrate import prepare
+
+LISTENING = "Gripwright listens on "
+_GRACE_S = 5
+_LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+
+
+def serve(
+    host: Annotated[str | None, typer.Option(help="address to listen on; by default GRIPWRIGHT_HOST or 127.0.0.1")] = None,
+    port: Annotated[int | None, typer.Option(min=0, max=65535, help="by default GRIPWRIGHT_PORT or 8000; 0: a free one")] = None,
+) -> None:
+    """The HTTP service with its embedded workers, until SIGTERM or Ctrl-C."""
+    logging.basicConfig(level=logging.INFO, format=_LOG_FORMAT)
+    logging.getLogger("httpx").setLevel(logging.WARNING)
+    settings = load_settings()
+    prepare_database(settings)
+    config = uvicorn.Config(
+        create_app(settings),
+        host=settings.host if host is None else host,
+        port=settings.port if port is None else port,
+        log_config=None,
+        access_log=False,
+        timeout_graceful_shutdown=_GRACE_S,
+    )
+    listener = config.bind_socket()
+    address, bound_port = listener.getsockname()[:2]
+    supervisor = Supervisor(settings)
+    for ending in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(ending, _ignore)  # the server takes them while it runs, and raises them again when it has ended
+    supervisor.start()
+    typer.echo(f"{LISTENING}http://{f'[{address}]' if ':' in address else address}:{bound_port}")
+    try:
+        uvicorn.Server(config).run(sockets=[listener])
+    finally:
+        supervisor.stop()
+
+
+def worker() -> None:
+    """A further worker process, until SIGTERM or Ctrl-C."""
+    logging.basicConfig(level=logging.INFO, format=_LOG_FORMAT)
+    settings = load_settings()
+    prepare_database(settings)
+    run_worker(settings)
+
+
+def migrate() -> None:
+    """Bring the database to this version."""
+    settings = load_settings()
+    settings.data_dir.mkdir(parents=True, exist_ok=True)
+    migrate_database(Database(settings.resolved_database_url))
+    typer.echo("the database is at this version")
+
+
+def prepare_database(settings: Settings) -> None:
+    """Migrate the default database; Conflict where another one is not at this version."""
+    settings.data_dir.mkdir(parents=True, exist_ok=True)
+    database = Database(settings.resolved_database_url)
+    prepare(database, automatically=settings.uses_default_database)
+    database.dispose()
+
+
+def _ignore(number: int, frame: object) -> None:
+    del number, frame

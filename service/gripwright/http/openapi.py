@@ -1,0 +1,37 @@
+"""The OpenAPI document: the framework's, with every error as the problem that is really sent."""
+
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+
+from gripwright.http.schemas.problem import Problem, problems
+
+_REF = "#/components/schemas/{model}"
+_REPLACED = ("HTTPValidationError", "ValidationError")
+
+
+def describe_problems(app: FastAPI) -> None:
+    """Let the app publish a document in which errors are problems."""
+
+    def openapi() -> dict[str, Any]:
+        if app.openapi_schema is None:
+            app.openapi_schema = _document(app)
+        return app.openapi_schema
+
+    app.openapi = openapi  # type: ignore[method-assign]  # as the framework's documentation says
+
+
+def _document(app: FastAPI) -> dict[str, Any]:
+    document = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
+    schemas: dict[str, Any] = document["components"]["schemas"]
+    for name in _REPLACED:
+        schemas.pop(name, None)
+    schema = Problem.model_json_schema(ref_template=_REF)
+    schemas.update(schema.pop("$defs"))
+    schemas["Problem"] = schema
+    for path in document["paths"].values():
+        for operation in path.values():
+            if "422" in operation["responses"]:
+                operation["responses"]["422"] = problems(422)[422]
+    return document

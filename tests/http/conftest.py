@@ -1,0 +1,82 @@
+import pytest
+from fastapi.testclient import TestClient
+
+from gripwright.http.app import create_app
+from gripwright.settings import Settings
+from gripwright.store.jobs import StoredDesignJobs
+from service_factory import store_product
+
+
+@pytest.fixture(scope="session")
+def app(tmp_path_factory):
+    settings = Settings(
+        data_dir=tmp_path_factory.mktemp("service"),
+        upload_max_bytes=200_000,
+        body_max_bytes=50_000,
+        webhook_private_targets=True,
+        gripper_set_timeout_s=20.0,
+    )
+    return create_app(settings)
+
+
+@pytest.fixture(scope="session")
+def client(app):
+    with TestClient(app, raise_server_exceptions=False) as client:
+        app.state.service.wait_for_plugins(60)
+        yield client
+
+
+@pytest.fixture
+def service(app, client):
+    return app.state.service
+
+
+@pytest.fixture
+def jobs(service):
+    """The workers' side of the queue."""
+    return StoredDesignJobs(service.database, service.artifacts)
+
+
+@pytest.fixture
+def product_id(service):
+    return store_product(service.database, service.artifacts)
+
+
+@pytest.fixture
+def design_id(client, product_id):
+    return client.post(f"/api/v1/products/{product_id}/designs", json={}).json()["id"]
+
+
+@pytest.fixture
+def finish(jobs, service):
+    """Ends a design as a worker would: with a document, a BOM and two files."""
+
+    def finish(design_id, status="complete", files=()):
+        document = {"status": status, "operations": [], "grippers": []}
+        stored = {
+            "bom.csv": b"gripper,item,maker,model,quantity,price\r\nG1,actuator,SMC,MHF2-12D2,1,249.5\r\nG1,finger,,=1+1,2,\r\n",
+            "report.html": b"<!doctype html><title>report</title>",
+            "grippers/G1/finger.step": b"ISO-10303-21;" + bytes(range(256)),
+            **dict(files),
+        }
+        assert jobs.start(design_id, 1)
+        jobs.finish(design_id, 1, status, document, {path: service.artifacts.put(data) for path, data in stored.items()})
+
+    return finish
+
+
+def assert_problem(answer, status, code=None):
+    """The answer is a problem document of that status; its body."""
+    assert answer.status_code == status, answer.text
+    assert answer.headers["content-type"] == "application/problem+json"
+    body = answer.json()
+    assert body["status"] == status
+    assert {"type", "title", "detail"} <= set(body)
+    if code is not None:
+        assert body["type"] == f"urn:gripwright:problem:{code}"
+    return body
+
+
+@pytest.fixture
+def problem():
+    return assert_problem

@@ -1,0 +1,173 @@
+import csv
+import hashlib
+import io
+import json
+import zipfile
+
+import pytest
+from openpyxl import load_workbook
+
+from service_factory import make_document, store_product
+
+XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
+
+
+def test_a_request_is_accepted_and_says_where_to_look_and_when(client, product_id):
+    answer = client.post(f"/api/v1/products/{product_id}/designs", json={"options": {"margin": 0.2, "sdf.rays": 20}})
+
+    assert answer.status_code == 202
+    assert answer.headers["Retry-After"] == "1"
+    design = client.get(answer.headers["Location"])
+    assert design.json()["status"] == "queued"
+    assert design.json()["progress"] == {"fraction": 0.0, "stage": "", "message": ""}
+    assert design.json()["options"] == {"margin": 0.2, "sdf.rays": 20}
+    assert design.json()["design"] is None
+    assert design.headers["Retry-After"] == "1"
+
+
+@pytest.mark.parametrize(
+    ("body", "pointer"),
+    [
+        ({"options": {"margin": -1}}, "/options/margin"),
+        ({"options": {"marginal": 1}}, "/options/marginal"),
+        ({"options": {"segmenter": "magic"}}, "/options/segmenter"),
+        ({"options": {"sdf.rays": "many"}}, "/options/sdf.rays"),
+        ({"options": {"actuators": ["ACME/none"]}}, "/options/actuators/0"),
+        ({"options": []}, "/options"),
+        ({"wishes": {}}, "/wishes"),
+    ],
+)
+def test_options_that_cannot_be_are_refused_with_their_place(client, product_id, problem, body, pointer):
+    answer = problem(client.post(f"/api/v1/products/{product_id}/designs", json=body), 422)
+
+    assert pointer in [error["pointer"] for error in answer["errors"]]
+
+
+def test_a_product_without_operations_cannot_be_designed_for(client, service, problem):
+    product_id = store_product(service.database, service.artifacts, make_document(operations=[]))
+
+    body = problem(client.post(f"/api/v1/products/{product_id}/designs", json={}), 422)
+
+    assert body["errors"][0]["pointer"] == "/operations"
+    problem(client.post("/api/v1/products/none/designs", json={}), 404)
+
+
+def test_an_idempotency_key_gives_the_same_design_again_and_refuses_another_request(client, product_id, problem):
+    url, headers = f"/api/v1/products/{product_id}/designs", {"Idempotency-Key": f"key-{product_id}"}
+    first = client.post(url, json={"options": {"seed": 1}}, headers=headers)
+
+    again = client.post(url, json={"options": {"seed": 1}}, headers=headers)
+
+    assert again.status_code == 202
+    assert again.json() == first.json()
+    assert again.headers["Location"] == first.headers["Location"]
+    problem(client.post(url, json={"options": {"seed": 2}}, headers=headers), 422)
+    assert client.post(url, json={"options": {"seed": 1}}).json()["id"] != first.json()["id"]
+
+
+def test_progress_is_seen_while_the_design_runs(client, design_id, jobs):
+    jobs.start(design_id, 1)
+    jobs.record_progress(design_id, 1, 0.4, "segment", "rotor")
+
+    body = client.get(f"/api/v1/designs/{design_id}").json()
+
+    assert body["status"] == "running"
+    assert body["progress"] == {"fraction": 0.4, "stage": "segment", "message": "rotor"}
+
+
+@pytest.mark.parametrize("status", ["complete", "incomplete"])
+def test_a_finished_design_holds_its_document_and_files(client, design_id, finish, status):
+    finish(design_id, status)
+
+    answer = client.get(f"/api/v1/designs/{design_id}")
+
+    body = answer.json()
+    assert body["status"] == body["design"]["status"] == status
+    assert [file["path"] for file in body["files"]] == ["bom.csv", "design.json", "grippers/G1/finger.step", "report.html"]
+    assert "Retry-After" not in answer.headers
+    for file in body["files"]:
+        content = client.get(file["href"]).content
+        assert (len(content), hashlib.sha256(content).hexdigest()) == (file["size"], file["sha256"])
+
+
+def test_a_failed_design_is_a_resource_that_says_why(client, design_id, jobs):
+    jobs.start(design_id, 1)
+    jobs.fail(design_id, 1, {"code": "step-failure", "detail": "the step 'segment' crashed with SIGSEGV"})
+
+    answer = client.get(f"/api/v1/designs/{design_id}")
+
+    assert answer.status_code == 200
+    assert answer.json()["status"] == "failed"
+    assert answer.json()["problem"]["detail"] == "the step 'segment' crashed with SIGSEGV"
+
+
+def test_the_bom_comes_in_the_form_that_is_accepted(client, design_id, finish, problem):
+    finish(design_id)
+    url = f"/api/v1/designs/{design_id}/bom"
+
+    plain = client.get(url)
+    table = client.get(url, headers={"Accept": "text/csv"})
+    workbook = client.get(url, headers={"Accept": f"application/json;q=0.5, {XLSX}"})
+
+    assert plain.json()["items"][0] == {
+        "gripper": "G1",
+        "item": "actuator",
+        "maker": "SMC",
+        "model": "MHF2-12D2",
+        "quantity": 1,
+        "price": 249.5,
+    }
+    assert plain.json()["items"][1]["price"] is None
+    assert table.headers["content-type"].startswith("text/csv")
+    assert next(csv.DictReader(io.StringIO(table.text)))["price"] == "249.5"
+    assert workbook.headers["content-type"] == XLSX
+    sheet = load_workbook(io.BytesIO(workbook.content)).active
+    assert [cell.value for cell in sheet[2]] == ["G1", "actuator", "SMC", "MHF2-12D2", 1, 249.5]
+    assert sheet["D3"].data_type == "s", "a text that looks like a formula stays a text"
+    problem(client.get(url, headers={"Accept": "image/png"}), 406, "not-acceptable")
+
+
+def test_there_is_no_bom_and_no_archive_before_the_design_is_done(client, design_id, problem):
+    problem(client.get(f"/api/v1/designs/{design_id}/bom"), 404)
+    problem(client.get(f"/api/v1/designs/{design_id}/package.zip"), 404)
+
+
+def test_a_file_has_its_media_type_its_name_and_its_content_as_tag(client, design_id, finish, problem):
+    finish(design_id)
+    url = f"/api/v1/designs/{design_id}/files"
+
+    step = client.get(f"{url}/grippers/G1/finger.step")
+    report = client.get(f"{url}/report.html")
+
+    assert step.headers["content-type"] == "model/step"
+    assert step.headers["content-disposition"] == 'attachment; filename="finger.step"'
+    assert step.headers["ETag"] == f'"{hashlib.sha256(step.content).hexdigest()}"'
+    assert report.headers["content-disposition"].startswith("inline")
+    assert "sandbox" in report.headers["content-security-policy"]
+    assert client.get(f"{url}/report.html", headers={"If-None-Match": report.headers["ETag"]}).status_code == 304
+    problem(client.get(f"{url}/none.step"), 404)
+    problem(client.get(f"{url}/..%2f..%2fgripwright.db"), 404)
+
+
+def test_ranges_of_a_file_are_served(client, design_id, finish, problem):
+    finish(design_id)
+    url = f"/api/v1/designs/{design_id}/files/grippers/G1/finger.step"
+
+    part = client.get(url, headers={"Range": "bytes=0-12"})
+
+    assert part.status_code == 206
+    assert part.content == b"ISO-10303-21;"
+    problem(client.get(url, headers={"Range": "bytes=9999-"}), 416)
+
+
+def test_the_archive_holds_the_whole_folder_and_is_the_same_each_time(client, design_id, finish):
+    finish(design_id)
+    url = f"/api/v1/designs/{design_id}/package.zip"
+
+    first, second = client.get(url), client.get(url)
+
+    assert first.content == second.content
+    with zipfile.ZipFile(io.BytesIO(first.content)) as archive:
+        assert archive.testzip() is None
+        assert archive.namelist() == ["bom.csv", "design.json", "grippers/G1/finger.step", "report.html"]
+        assert json.loads(archive.read("design.json"))["status"] == "complete"

@@ -1,0 +1,102 @@
+import threading
+import time
+
+import pytest
+
+
+def events_of(text):
+    """(id, kind, status) of each event of a stream."""
+    blocks = [dict(line.partition(": ")[::2] for line in block.splitlines() if line) for block in text.split("\n\n")]
+    return [(int(block["id"]), block["event"]) for block in blocks if "event" in block]
+
+
+def test_jobs_are_listed_the_newest_first_and_by_status(client, product_id):
+    ids = [client.post(f"/api/v1/products/{product_id}/designs", json={}).json()["id"] for _ in range(3)]
+    client.post(f"/api/v1/jobs/{ids[1]}/cancel")
+
+    newest = client.get("/api/v1/jobs", params={"product_id": product_id, "limit": 2})
+    queued = client.get("/api/v1/jobs", params={"product_id": product_id, "status": "queued"})
+
+    assert [job["id"] for job in newest.json()["items"]] == [ids[2], ids[1]]
+    assert [job["id"] for job in client.get(newest.links["next"]["url"]).json()["items"]] == [ids[0]]
+    assert [job["id"] for job in queued.json()["items"]] == [ids[2], ids[0]]
+
+
+def test_a_queued_job_is_cancelled_at_once_and_can_be_retried(client, design_id, jobs, problem):
+    assert client.post(f"/api/v1/jobs/{design_id}/cancel").json()["status"] == "cancelled"
+    assert not jobs.start(design_id, 1)
+
+    retried = client.post(f"/api/v1/jobs/{design_id}/retry")
+
+    assert (retried.status_code, retried.json()["status"], retried.json()["attempt"]) == (202, "queued", 2)
+    assert (design_id, 2) in jobs.undispatched(1000)
+    problem(client.post(f"/api/v1/jobs/{design_id}/retry"), 409, "conflict")
+
+
+def test_a_running_job_is_asked_to_stop(client, design_id, jobs, problem):
+    jobs.start(design_id, 1)
+
+    answer = client.post(f"/api/v1/jobs/{design_id}/cancel")
+
+    assert (answer.json()["status"], answer.json()["cancel_requested"]) == ("running", True)
+    assert jobs.cancel_requested(design_id)
+    jobs.cancelled(design_id, 1)
+    assert client.get(f"/api/v1/jobs/{design_id}").json()["status"] == "cancelled"
+
+
+def test_a_finished_job_is_neither_cancelled_nor_retried(client, design_id, finish, problem):
+    finish(design_id)
+
+    problem(client.post(f"/api/v1/jobs/{design_id}/cancel"), 409, "conflict")
+    problem(client.post(f"/api/v1/jobs/{design_id}/retry"), 409, "conflict")
+    assert client.get(f"/api/v1/jobs/{design_id}").json()["outcome"] == "complete"
+
+
+@pytest.mark.parametrize(("method", "path"), [("GET", ""), ("POST", "/cancel"), ("POST", "/retry"), ("GET", "/events")])
+def test_an_unknown_job_is_not_found(client, problem, method, path):
+    problem(client.request(method, f"/api/v1/jobs/none{path}"), 404, "not-found")
+
+
+def test_events_tell_the_whole_story_and_end_with_the_job(client, design_id, jobs, finish):
+    finish(design_id)
+
+    answer = client.get(f"/api/v1/jobs/{design_id}/events")
+
+    assert answer.headers["content-type"].startswith("text/event-stream")
+    assert [kind for _, kind in events_of(answer.text)] == ["status", "status", "status"]
+    assert '"status": "succeeded"' in answer.text
+
+
+def test_a_listener_that_comes_back_gets_what_it_missed_and_nothing_twice(client, design_id, jobs, finish):
+    jobs.start(design_id, 1)
+    for step in range(1, 4):
+        jobs.record_progress(design_id, 1, step / 10, "fit", f"step {step}")
+    jobs.fail(design_id, 1, {"detail": "no"})
+    everything = events_of(client.get(f"/api/v1/jobs/{design_id}/events").text)
+
+    seen = everything[2][0]
+    missed = client.get(f"/api/v1/jobs/{design_id}/events", headers={"Last-Event-ID": str(seen)})
+
+    assert events_of(missed.text) == everything[3:]
+    assert len(everything) == 6
+
+
+def test_events_arrive_while_the_job_runs(client, design_id, jobs):
+    jobs.start(design_id, 1)
+    arrived = []
+
+    def listen():
+        arrived.append(client.get(f"/api/v1/jobs/{design_id}/events").text)
+
+    listener = threading.Thread(target=listen)
+    listener.start()
+    time.sleep(0.4)
+    jobs.record_progress(design_id, 1, 0.5, "fit", "halfway")
+    jobs.fail(design_id, 1, {"detail": "stopped"})
+    listener.join(timeout=10)
+
+    assert '"message": "halfway"' in arrived[0]
+
+
+def test_a_bad_last_event_id_is_refused(client, design_id, problem):
+    problem(client.get(f"/api/v1/jobs/{design_id}/events", headers={"Last-Event-ID": "x"}), 422)

@@ -1,0 +1,141 @@
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+from alembic import command
+from alembic.autogenerate import compare_metadata
+from alembic.runtime.migration import MigrationContext
+from sqlalchemy import inspect, text
+
+from gripwright.domain.errors import Conflict
+from gripwright.settings import Settings
+from gripwright.store.engines import Database
+from gripwright.store.migrate import alembic_config, migrate, prepare, require_current
+from gripwright.store.models import Base
+from gripwright.store.seed import seed_actuators
+
+
+@pytest.fixture
+def postgresql():
+    """The address of a PostgreSQL of our own."""
+    postgres = shutil.which("postgres")
+    if postgres is None:
+        pytest.skip("PostgreSQL is not installed")
+    binaries = Path(postgres).resolve().parent
+    as_user = ["setpriv", "--reuid=nobody", "--regid=nogroup", "--clear-groups"] if os.geteuid() == 0 else []
+    with tempfile.TemporaryDirectory(prefix="gripwright-pg-") as name:
+        folder = Path(name)
+        if as_user:
+            shutil.chown(folder, "nobody", "nogroup")
+        data = folder / "data"
+        subprocess.run([*as_user, binaries / "initdb", "-D", data, "-A", "trust", "-U", "test"], check=True, capture_output=True)
+        options = f"-c listen_addresses='' -c unix_socket_directories={folder} -c fsync=off"
+        start = [*as_user, binaries / "pg_ctl", "-D", data, "-w", "-o", options, "-l", folder / "log", "start"]
+        subprocess.run(start, check=True, capture_output=True)
+        yield f"postgresql://test@/postgres?host={folder}"
+        subprocess.run([*as_user, binaries / "pg_ctl", "-D", data, "-m", "immediate", "stop"], check=True, capture_output=True)
+
+
+@pytest.fixture
+def database(tmp_path):
+    database = Database(f"sqlite:///{tmp_path / 'test.db'}")
+    yield database
+    database.dispose()
+
+
+def differences(database):
+    with database.read_engine.connect() as connection:
+        context = MigrationContext.configure(connection, opts={"compare_type": True, "compare_server_default": True})
+        return compare_metadata(context, Base.metadata)
+
+
+def count_actuators(database):
+    with database.read_engine.connect() as connection:
+        return connection.scalar(text("SELECT count(*) FROM actuator"))
+
+
+def test_migrations_make_exactly_the_tables_of_the_models(database):
+    migrate(database)
+
+    assert differences(database) == []
+
+
+def test_migrating_again_changes_nothing_and_an_emptied_catalogue_stays_empty(database):
+    migrate(database)
+    assert count_actuators(database) == len(seed_actuators())
+    with database.write_engine.begin() as connection:
+        connection.execute(text("DELETE FROM actuator"))
+
+    migrate(database)
+
+    assert count_actuators(database) == 0
+
+
+def test_every_constraint_has_a_name(database):
+    migrate(database)
+
+    inspector = inspect(database.read_engine)
+    for table in Base.metadata.tables:
+        names = [constraint["name"] for constraint in inspector.get_foreign_keys(table)]
+        if table != "job_event":  # SQLite has no name for the key of an AUTOINCREMENT table
+            names.append(inspector.get_pk_constraint(table)["name"])
+        names += [constraint["name"] for constraint in inspector.get_unique_constraints(table)]
+        names += [constraint["name"] for constraint in inspector.get_check_constraints(table)]
+        assert None not in names, table
+
+
+def test_the_way_back_leaves_nothing(database):
+    migrate(database)
+
+    with database.write_engine.begin() as connection:
+        command.downgrade(alembic_config(connection), "base")
+
+    assert inspect(database.read_engine).get_table_names() == ["alembic_version"]
+
+
+def test_a_database_of_another_version_is_refused_with_the_way_out(database):
+    with pytest.raises(Conflict, match="gripwright migrate"):
+        require_current(database)
+    with pytest.raises(Conflict, match="is at migration none"):
+        prepare(database, automatically=False)
+
+    prepare(database, automatically=True)
+
+    require_current(database)
+
+
+def test_processes_that_start_together_migrate_once(tmp_path):
+    url = f"sqlite:///{tmp_path / 'test.db'}"
+    script = (
+        f"from gripwright.store.engines import Database; from gripwright.store.migrate import migrate; migrate(Database({url!r}))"
+    )
+
+    starts = [subprocess.Popen([sys.executable, "-c", script], stderr=subprocess.PIPE) for _ in range(3)]
+    endings = [(start.communicate(timeout=60)[1][-400:], start.returncode) for start in starts]
+
+    assert [code for _, code in endings] == [0, 0, 0], endings
+    assert count_actuators(Database(url)) == len(seed_actuators())
+
+
+def test_postgresql_gets_the_same_tables_and_runs_a_job(postgresql, tmp_path):
+    from gripwright.store.artifacts import ArtifactStore
+    from gripwright.store.products import ProductRepository
+    from service_factory import make_document, store_product
+
+    database = Database(Settings(database_url=postgresql).resolved_database_url)
+    artifacts = ArtifactStore(tmp_path)
+
+    migrate(database)
+    migrate(database)
+
+    assert differences(database) == []
+    assert count_actuators(database) == len(seed_actuators())
+    product_id = store_product(database, artifacts, make_document("PG-1"))
+    with database.read_sessions() as session:
+        assert ProductRepository(session).find("PG-1", "A").id == product_id
+        assert [row.id for row in ProductRepository(session).page(after=None, limit=5, part_number=None)] == [product_id]
+    database.dispose()
