@@ -12,7 +12,7 @@ import numpy as np
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import EXTERNAL, Grasp
-from gripwright.domain.shape import FloatArray, Mesh
+from gripwright.domain.shape import BoolArray, FloatArray, Mesh
 from gripwright.geometry.clipping import clip_to_box, longest_run
 from gripwright.geometry.frames import inverse, transform
 from gripwright.plugin_api import HandModel
@@ -20,7 +20,7 @@ from gripwright.plugin_api import HandModel
 TOUCH_GAP_MM = 0.045  # of 0.05
 _PARALLEL = float(np.cos(np.radians(4.8)))  # of 5°
 _SEARCH_MM = 0.5  # how far the seated surface may lie from the planned one
-_DEPTH_MM = 60.0  # surface farther from the finger's plane is not looked at
+_DEPTH_MM = 60.0  # surface farther outside the finger's plane is not looked at
 _SEAT_MM = 0.002  # the finger stands off the surface's foremost point, so that rounding in files never makes it enter
 
 
@@ -39,6 +39,7 @@ class Surface:
     """A component's triangles, ready for many grasps."""
 
     def __init__(self, mesh: Mesh) -> None:
+        self.vertices = mesh.vertices_mm  # (n, 3)
         self.triangles = mesh.triangles_mm  # (m, 3, 3)
         cross = np.cross(self.triangles[:, 1] - self.triangles[:, 0], self.triangles[:, 2] - self.triangles[:, 0])
         length = np.linalg.norm(cross, axis=1, keepdims=True)
@@ -64,7 +65,9 @@ def seat(grasp: Grasp, surface: Surface, hand: HandModel) -> Grasp | Rejection:
     sign = 1.0 if grasp.grip == EXTERNAL else -1.0
     levels: list[float] = []
     for X_GF in hand.finger_poses(grasp.opening_width_mm):
-        strip = _strip(surface, grasp.X_CG @ X_GF, y_low, y_high, -np.inf, 0.0)
+        x_range = np.sort(sign * np.array([-_SEARCH_MM, _DEPTH_MM]))
+        low, high = np.array([x_range[0], y_low, -np.inf]), np.array([x_range[1], y_high, 0.0])
+        strip = _part(surface, grasp.X_CG @ X_GF, low, high)
         x = sign * strip[..., 0]
         x = x[x <= _SEARCH_MM]
         if x.size == 0 or x.max() < -_SEARCH_MM:
@@ -92,14 +95,14 @@ def contacts(
     """The contact of each finger of a seated grasp, or why one does not touch as it must."""
     _, y_low, y_high = finger_section(hand, grasp.grip)
     sign = 1.0 if grasp.grip == EXTERNAL else -1.0
-    height_all = float(np.ptp(transform(inverse(grasp.X_CG), surface.triangles)[..., 2]))
+    height_all = float(np.ptp(surface.vertices @ grasp.X_CG[:3, 2]))
     needed = min(min_contact_mm, height_all)
     found = []
     for number, X_GF in enumerate(hand.finger_poses(grasp.opening_width_mm), start=1):
         X_CF = grasp.X_CG @ X_GF
         parallel = surface.normals @ (sign * X_CF[:3, 0]) >= _PARALLEL
-        patch = _strip(surface, X_CF, y_low, y_high, -finger_length_mm, 0.0, parallel)
-        patch = clip_to_box(patch, np.array([-TOUCH_GAP_MM, -np.inf, -np.inf]), np.array([TOUCH_GAP_MM, np.inf, np.inf]))
+        low = np.array([-TOUCH_GAP_MM, y_low, -finger_length_mm])
+        patch = _part(surface, X_CF, low, np.array([TOUCH_GAP_MM, y_high, 0.0]), parallel)
         z = np.stack([patch[..., 2].min(axis=1), patch[..., 2].max(axis=1)], axis=1) if len(patch) else np.zeros((0, 2))
         run = longest_run(z, join=1e-4)
         if run < needed - 1e-6:
@@ -125,13 +128,13 @@ def forbidden_touch(
 ) -> Rejection | None:
     """Why the grasp would touch surface that must not be touched, or None. Each region comes with its own triangles."""
     thickness, y_low, y_high = finger_section(hand, grasp.grip)
-    reach = np.array([TOUCH_GAP_MM * 2, 0.0, 0.0])
     inner, outer = (0.0, thickness) if grasp.grip == EXTERNAL else (-thickness, 0.0)
+    low = np.array([inner - 2.0 * TOUCH_GAP_MM, y_low, -finger_length_mm])
+    high = np.array([outer + 2.0 * TOUCH_GAP_MM, y_high, 0.0])
     for region, surface in regions:
         for number, X_GF in enumerate(hand.finger_poses(grasp.opening_width_mm), start=1):
             X_CF = grasp.X_CG @ X_GF
-            patch = _strip(surface, X_CF, y_low, y_high, -finger_length_mm, 0.0)
-            patch = clip_to_box(patch, np.array([inner, -np.inf, -np.inf]) - reach, np.array([outer, np.inf, np.inf]) + reach)
+            patch = _part(surface, X_CF, low, high)
             if len(patch) and _within(region, transform(X_CF, patch)):
                 return Rejection("no-grasp", f"finger {number} would touch {region.reason}, which must not be touched")
     return None
@@ -143,17 +146,12 @@ def _within(region: Forbidden, triangles_C: FloatArray) -> bool:
     return len(clip_to_box(triangles_C, region.box_min_C, region.box_max_C)) > 0
 
 
-def _strip(
-    surface: Surface, X_CF: FloatArray, y_low: float, y_high: float, z_low: float, z_high: float, chosen: FloatArray | None = None
-) -> FloatArray:
-    """The component's triangles within the finger's strip, in the finger frame, (k, 3, 3)."""
-    index = np.arange(len(surface.triangles)) if chosen is None else np.flatnonzero(chosen)
+def _part(surface: Surface, X_CF: FloatArray, low: FloatArray, high: FloatArray, chosen: BoolArray | None = None) -> FloatArray:
+    """The component's triangles within low ≤ p ≤ high of the finger frame, (k, 3, 3)."""
     X_FC = inverse(X_CF)
-    y = surface.centres[index] @ X_FC[1, :3] + X_FC[1, 3]
-    z = surface.centres[index] @ X_FC[2, :3] + X_FC[2, 3]
-    x = surface.centres[index] @ X_FC[0, :3] + X_FC[0, 3]
-    reach = surface.reach[index]
-    near = (y >= y_low - reach) & (y <= y_high + reach) & (z >= z_low - reach) & (z <= z_high + reach)
-    near &= np.abs(x) <= reach + _DEPTH_MM
-    local = transform(X_FC, surface.triangles[index[near]])
-    return clip_to_box(local, np.array([-np.inf, y_low, z_low]), np.array([np.inf, y_high, z_high]))
+    centres = transform(X_FC, surface.centres)  # (m, 3)
+    reach = surface.reach[:, None]
+    near = ((centres >= low - reach) & (centres <= high + reach)).all(axis=1)
+    if chosen is not None:
+        near &= chosen
+    return clip_to_box(transform(X_FC, surface.triangles[near]), low, high)

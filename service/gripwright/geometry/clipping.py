@@ -34,8 +34,9 @@ def clip_triangles(triangles: FloatArray, normal: FloatArray, offset: float) -> 
 
 def clip_to_box(triangles: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """The parts of triangles (m, 3, 3) within low ≤ p ≤ high; infinite bounds are skipped."""
-    near = (triangles.max(axis=1) >= low).all(axis=1) & (triangles.min(axis=1) <= high).all(axis=1)  # (m,)
-    result = triangles[near]
+    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]  # (m, 3)
+    near = (np.maximum(np.maximum(a, b), c) >= low) & (np.minimum(np.minimum(a, b), c) <= high)
+    result = triangles[near.all(axis=1)]
     for axis in range(3):
         direction = np.eye(3)[axis]
         if np.isfinite(high[axis]):
