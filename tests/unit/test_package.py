@@ -1,5 +1,6 @@
 """Product packages: what a good one becomes, and every fault of a bad one at its place."""
 
+import contextlib
 import json
 import os
 import subprocess
@@ -11,7 +12,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from gripwright.cad.archive import open_archive
 from gripwright.cad.export import step_bytes, stl_bytes
 from gripwright.cad.limits import Limits
 from gripwright.cad.manifest import read_manifest
@@ -199,6 +203,8 @@ def _set(document: Any, pointer: str, value: Any) -> None:
         ("/components", [], "/components", "at least 1 needed, 0 given"),
         ("/components", {}, "/components", "must be a list"),
         ("/part_number", 7, "/part_number", "valid string"),
+        ("/part_number", "CP\0", "/part_number", "control characters"),
+        ("/part_number", " ", "/part_number", "blank"),
         ("/environment/0/units", None, "/environment/0/units", "units absent"),
         ("/environment/0/operations", ["op-9"], "/environment/0/operations/0", "unknown operation 'op-9'"),
         ("/operations/1/active/0", "ghost", "/operations/1/active/0", "unknown component 'ghost'"),
@@ -250,6 +256,7 @@ def test_all_faults_of_document_sequence_and_files_come_together(tmp_path: Path)
         ('{"part_number": "x", "part_number": "y"}', "'part_number' is given twice"),
         ("[" * 100_000, "nested too deeply"),
         ("9" * 10_000, "not valid JSON"),
+        ('{"name": "\\ud800"}', "surrogates not allowed"),
         ("", "line 1, column 1"),
     ],
 )
@@ -352,6 +359,43 @@ def test_an_archive_whose_directory_lies_about_sizes_is_refused(tmp_path: Path) 
     path.write_bytes(path.read_bytes().replace(size.to_bytes(4, "little"), (100).to_bytes(4, "little")))
 
     assert "cannot be decompressed" in _faults(path)["/components/3/file"]
+
+
+def test_a_damaged_archive_is_read_or_refused_but_never_a_defect(tmp_path: Path) -> None:
+    data, random = _zip(tmp_path / "p.zip", _document()).read_bytes(), np.random.default_rng(5)
+
+    for _ in range(500):
+        damaged = np.frombuffer(data, np.uint8).copy()
+        damaged[random.integers(len(data), size=3)] = random.integers(256, size=3)
+        with contextlib.suppress(InvalidInput, LimitExceeded):
+            files = open_archive(damaged.tobytes(), "p.zip", Limits())
+            for name in files.names:
+                with contextlib.suppress(InvalidInput, LimitExceeded):
+                    files.read(name)
+
+
+ANY_JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=8,
+)
+PLACES = [
+    "/components", "/components/0", "/components/1/id", "/components/1/file", "/components/1/pose", "/components/1/pose/2",
+    "/components/1/no_grasp", "/environment", "/environment/0", "/environment/0/operations", "/operations", "/operations/0",
+    "/operations/1/active", "/operations/1/passive/1", "/operations/1/grasp", "/operations/0/waypoints",
+    "/operations/0/pose_after", "/name", "/components/1/units",
+]  # fmt: skip
+
+
+@given(place=st.sampled_from(PLACES), value=ANY_JSON)
+def test_whatever_stands_anywhere_in_the_document_it_is_taken_or_refused_but_never_a_defect(place: str, value: Any) -> None:
+    document = _document()
+    _set(document, place, value)
+
+    with contextlib.suppress(InvalidInput):
+        read_manifest(json.dumps(document).encode())
+    with contextlib.suppress(InvalidInput):
+        validate_operations(value, ["base"])
 
 
 @pytest.mark.parametrize("data", [b"", b"PK\x03\x04garbage", b"\0" * 1000])

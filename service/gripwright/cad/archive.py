@@ -1,8 +1,10 @@
 """The files of a product package: a folder or a zip archive, neither of which is trusted."""
 
 import io
+import lzma
 import stat
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Protocol
@@ -13,6 +15,7 @@ from gripwright.domain.errors import Fault, InvalidInput, LimitExceeded
 _RATIO_FROM_BYTES = 2**20  # smaller files cannot do harm, however well they compress
 _ARCHIVES = frozenset({".zip", ".gz", ".bz2", ".xz", ".7z", ".rar", ".tar", ".tgz"})
 _ENCRYPTED = 0x1
+_DAMAGE = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, NotImplementedError, OSError, ValueError)
 
 
 class PackageFiles(Protocol):
@@ -62,7 +65,7 @@ class ArchiveFiles:
         try:
             with self._archive.open(self._entries[name]) as stream:
                 data = stream.read(self._limits.max_file_bytes + 1)
-        except (zipfile.BadZipFile, EOFError, NotImplementedError, OSError, ValueError) as error:
+        except _DAMAGE as error:
             raise InvalidInput(
                 f"{name} cannot be decompressed: {error}", faults=(Fault(name, f"cannot be decompressed: {error}"),)
             ) from None
@@ -79,7 +82,7 @@ def open_archive(data: bytes, label: str, limits: Limits) -> ArchiveFiles:
     """
     try:
         archive = zipfile.ZipFile(io.BytesIO(data))
-    except (zipfile.BadZipFile, ValueError, NotImplementedError, OSError) as error:
+    except _DAMAGE as error:
         raise InvalidInput(f"{label} is no zip archive: {error}", faults=(Fault(label, f"no zip archive: {error}"),)) from None
     infos = [info for info in archive.infolist() if not info.is_dir()]
     if len(infos) > limits.max_files:

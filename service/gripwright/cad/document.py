@@ -33,14 +33,16 @@ def parse_json(document: bytes, name: str, max_bytes: int) -> Any:
     if len(document) > max_bytes:
         raise LimitExceeded(f"{name} has {len(document)} bytes, at most {max_bytes}", file=name)
     try:
-        return json.loads(document.decode("utf-8-sig"), parse_constant=_refuse_constant, object_pairs_hook=_unique_names)
+        value = json.loads(document.decode("utf-8-sig"), parse_constant=_refuse_constant, object_pairs_hook=_unique_names)
+        json.dumps(value, ensure_ascii=False).encode()  # an escaped half of a surrogate pair is no text
+        return value
     except json.JSONDecodeError as error:
         message = f"not valid JSON: {error.msg} at line {error.lineno}, column {error.colno}"
     except UnicodeDecodeError as error:
         message = f"not valid JSON: byte {error.start} is not UTF-8"
     except RecursionError:
         message = "not valid JSON: nested too deeply"
-    except ValueError as error:  # numbers of more digits than Python converts, and _NotJson
+    except ValueError as error:  # _NotJson, half surrogates, numbers of more digits than Python converts
         message = f"not valid JSON: {error}"
     refuse(f"{name} is {message}", [Fault(pointer=name, message=message)])
 

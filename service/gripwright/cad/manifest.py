@@ -31,7 +31,6 @@ MAX_TRANSLATION_MM = 1e6
 HALF_TURN_RAD = np.pi - 1e-6
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Text = Annotated[str, Field(max_length=2000)]
 Row = tuple[Number, Number, Number, Number]
 Point = tuple[Number, Number, Number]
 Rows = tuple[Row, Row, Row, Row]
@@ -40,6 +39,23 @@ Rows = tuple[Row, Row, Row, Row]
 def _check_id(value: str) -> str:
     if value in {".", ".."} or value != value.strip() or not value.isprintable() or set(value) & set("/\\"):
         raise PydanticCustomError("id", "not an id: control characters, slashes and blanks around it are not allowed")
+    return value
+
+
+def _check_line(value: str) -> str:
+    if not value.isprintable():
+        raise PydanticCustomError("line", "one line of text without control characters is needed")
+    return value
+
+
+def _check_part_number(value: str) -> str:
+    if not value.strip():
+        raise PydanticCustomError("blank", "must not be blank")
+    return value
+
+
+def _check_note(value: str) -> str:
+    _check_line(value.replace("\n", " ").replace("\r", " ").replace("\t", " "))
     return value
 
 
@@ -75,6 +91,8 @@ def check_file_name(name: str) -> str:
     return str(path)
 
 
+Line = Annotated[str, Field(max_length=500), AfterValidator(_check_line)]
+Note = Annotated[str, Field(max_length=10_000), AfterValidator(_check_note)]
 Id = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_check_id)]
 Pose = Annotated[Rows, AfterValidator(_nearest_rigid)]
 FileName = Annotated[str, Field(min_length=1, max_length=500), AfterValidator(check_file_name)]
@@ -87,7 +105,7 @@ class _Entry(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    note: Text = ""
+    note: Note = ""
 
 
 class BoxEntry(BaseModel):
@@ -108,7 +126,7 @@ class BoxEntry(BaseModel):
 class RegionEntry(_Entry):
     """A region of a component: a box, or segments of an earlier analysis."""
 
-    reason: Text = "marked"
+    reason: Line = "marked"
     box: BoxEntry | None = None
     segments: tuple[Annotated[int, Field(strict=True, ge=0)], ...] = ()
 
@@ -139,9 +157,9 @@ class _FileEntry(_Entry):
 class ComponentEntry(_FileEntry):
     """A component of the product."""
 
-    part_number: Text = ""
-    revision: Text = ""
-    name: Text = ""
+    part_number: Line = ""
+    revision: Line = ""
+    name: Line = ""
     density: Annotated[Number, Field(gt=0, le=25_000, description="kg/m³")] = 7850.0
     friction: Annotated[Number, Field(gt=0, le=5, description="coefficient of friction")] = 0.2
     no_grasp: tuple[RegionEntry, ...] = ()
@@ -165,7 +183,7 @@ class OperationEntry(_Entry):
     waypoints: tuple[Pose, ...] = Field(default=(), max_length=10_000)
     grasp: str | None = None
     force: Annotated[Number, Field(ge=0, le=1e6, description="insertion force, N")] = 0.0
-    fit: Annotated[str, Field(min_length=1, max_length=50)] | None = None
+    fit: Annotated[Line, Field(min_length=1)] | None = None
 
     def motion(self) -> FloatArray:
         """pose_before, waypoints, pose_after; (k, 4, 4)."""
@@ -186,9 +204,9 @@ class OperationEntry(_Entry):
 class ProductManifest(_Entry):
     """The document of a product package."""
 
-    part_number: Annotated[str, Field(min_length=1, max_length=200)]
-    revision: Text = ""
-    name: Text = ""
+    part_number: Annotated[Line, AfterValidator(_check_part_number)]
+    revision: Line = ""
+    name: Line = ""
     components: tuple[ComponentEntry, ...] = Field(min_length=1, max_length=5000)
     environment: tuple[ObstacleEntry, ...] = Field(default=(), max_length=5000)
     operations: tuple[OperationEntry, ...] = Field(default=(), max_length=20_000)

@@ -141,17 +141,23 @@ def _read_step_product(name: str, data: bytes, limits: Limits, sequence: Any) ->
     components = [
         {
             "id": id_,
-            "part_number": instance.product,
-            "name": instance.path[-1],
+            "part_number": _line(instance.product),
+            "name": _line(instance.path[-1]),
             "file": name,
             "pose": instance.X_PC.tolist(),
         }
         for id_, instance in zip(ids, assembly.instances, strict=True)
     ]
-    value = {"part_number": assembly.name or Path(name).stem, "name": assembly.name, "components": components}
+    title = _line(assembly.name)
+    value = {"part_number": title or Path(name).stem, "name": title, "components": components}
     manifest = manifest_of(value if sequence is None else {**value, "operations": sequence})
     meshes = {id_: instance.mesh for id_, instance in zip(ids, assembly.instances, strict=True)}
     return Product(manifest=manifest, meshes=meshes, obstacle_meshes={})
+
+
+def _line(text: str) -> str:
+    """A STEP file's text as one printable line."""
+    return "".join(c if c.isprintable() else " " for c in text).strip()[:500]
 
 
 def _component_ids(assembly: Assembly) -> list[str]:
