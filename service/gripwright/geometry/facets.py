@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
+from gripwright.geometry.adjacency import connected_labels, face_adjacency
 from gripwright.geometry.measures import face_areas_mm2, face_normals
 
 COPLANAR_RAD = 1e-3
@@ -24,25 +23,13 @@ class Facet:
     area_mm2: float
 
 
-def face_adjacency(faces: IntArray) -> IntArray:
-    """Pairs of faces that share an edge, (p, 2).
-
-    An edge with more than two faces pairs them neighbour by neighbour in the order of their indices.
-    """
-    corners = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)  # (3 m, 2)
-    key = corners[:, 0] * (int(faces.max(initial=0)) + 1) + corners[:, 1]
-    order = np.argsort(key, kind="stable")  # (3 m,)
-    same = key[order[1:]] == key[order[:-1]]
-    return np.asarray(np.stack([order[:-1][same] // 3, order[1:][same] // 3], axis=1), dtype=np.int64)
-
-
 def coplanar_patches(mesh: Mesh, faces: IntArray) -> IntArray:
     """Patch number of each of the given faces, (k,): connected faces of one plane share one."""
-    normals = face_normals(Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces[faces]))
-    pairs = face_adjacency(mesh.faces[faces])
+    part = Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces[faces])
+    normals, pairs = face_normals(part), face_adjacency(part).pairs
     # |n1 - n2| is the angle for small ones, and unlike arccos keeps its digits there
     flat = np.linalg.norm(normals[pairs[:, 0]] - normals[pairs[:, 1]], axis=1) < COPLANAR_RAD
-    return _components(pairs[flat], len(faces))
+    return connected_labels(pairs[flat], len(faces))
 
 
 def facets(mesh: Mesh, faces: IntArray, angle_rad: float) -> list[Facet]:
@@ -56,7 +43,7 @@ def facets(mesh: Mesh, faces: IntArray, angle_rad: float) -> list[Facet]:
     patches = coplanar_patches(mesh, faces)
     count = int(patches.max(initial=-1)) + 1
     vectors = np.stack([np.bincount(patches, areas * normals[:, k], count) for k in range(3)], axis=1)  # (count, 3)
-    owner = _grow(vectors, *_neighbour_lists(patches[face_adjacency(part.faces)], count), float(np.cos(angle_rad)))
+    owner = _grow(vectors, *_neighbour_lists(patches[face_adjacency(part).pairs], count), float(np.cos(angle_rad)))
     label = owner[patches]
     label[areas <= 0] = -1
     centres = part.triangles_mm.mean(axis=1)
@@ -72,11 +59,6 @@ def _facet(faces: IntArray, group: IntArray, areas: FloatArray, normals: FloatAr
     normal = mean / np.linalg.norm(mean)
     offset = float(areas[group] @ (centres[group] @ normal)) / area
     return Facet(faces=np.sort(faces[group]), normal=normal, offset_mm=offset, area_mm2=area)
-
-
-def _components(pairs: IntArray, count: int) -> IntArray:
-    graph = coo_array((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 def _neighbour_lists(pairs: IntArray, count: int) -> tuple[IntArray, IntArray]:
