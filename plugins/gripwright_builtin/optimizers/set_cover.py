@@ -13,7 +13,6 @@ from gripwright.plugin_api import Params, RunContext
 from gripwright_builtin.optimizers.candidates import Candidates, Demands, candidates_of, demands_of
 from gripwright_builtin.optimizers.objectives import PROVEN, LexicographicCover
 from gripwright_builtin.optimizers.program import Solver
-from gripwright_builtin.optimizers.reduction import reduce_cover
 
 COUNT = "grippers"
 
@@ -43,36 +42,33 @@ class SetCoverOptimizer:
         demands = demands_of(problem)
         widest = candidates_of(problem, demands, widest_only=True)
         coverable = np.flatnonzero(widest.covers.sum(axis=0) > 0)
-        uncoverable = tuple(c.id for i, c in enumerate(problem.components) if i not in set(coverable.tolist()))
+        uncoverable = tuple(np.delete(np.array([c.id for c in problem.components], dtype=object), coverable))
         if not len(coverable):
             return GripperSet(grippers=(), lower_bound=0, proven=True, candidates=0, uncoverable=uncoverable)
         ctx.progress(0.1, "fewest grippers")
-        count, lower_bound, detail = self._fewest(widest, coverable, deadline_s)
+        fewest = self._cover(widest, coverable, deadline_s)
+        count = fewest.least_sum(COUNT, widest.new)
+        if count is None or fewest.chosen is None:
+            raise RuntimeError("the solver found no cover in the time, though one exists")
         ctx.progress(0.5, "best of the smallest sets")
         candidates = candidates_of(problem, demands)
-        cover = LexicographicCover(candidates.covers[:, coverable], self._params.solver, deadline_s)
-        cover.limit(candidates.new, count)
+        cover = self._cover(candidates, coverable, deadline_s)
+        cover.limit_priced(candidates.new, count, fewest.prices, fewest.bound)
         _prefer(cover, candidates, in_sequence=problem.in_sequence)
+        if cover.chosen is None:
+            candidates, cover.chosen = widest, fewest.chosen
+        proven = fewest.detail[COUNT] == PROVEN
         return GripperSet(
-            grippers=_grippers(problem, candidates, demands, np.flatnonzero(cover.chosen)),
-            lower_bound=lower_bound,
-            proven=detail == PROVEN,
+            grippers=_grippers(problem, candidates, demands, cover.chosen),
+            lower_bound=round(count) if proven else math.ceil(fewest.bound - 1e-6),
+            proven=proven,
             candidates=len(candidates.new),
             uncoverable=uncoverable,
-            detail={COUNT: detail, **cover.detail},
+            detail={**fewest.detail, **cover.detail},
         )
 
-    def _fewest(self, widest: Candidates, coverable: IntArray, deadline_s: float) -> tuple[int, int, str]:
-        """Number of new grippers, its lower bound, and whether it is proven."""
-        columns, rows = reduce_cover(widest.covers[:, coverable], widest.new)
-        cover = LexicographicCover(widest.covers[columns][:, coverable[rows]], self._params.solver, deadline_s)
-        figures = widest.new[columns]
-        count = cover.least_sum(COUNT, figures)
-        if count is None:
-            raise RuntimeError("the solver found no cover in the time, though one exists")
-        proven = cover.detail[COUNT] == PROVEN
-        lower_bound = round(count) if proven else math.ceil(cover.bound(figures) - 1e-6)
-        return round(count), lower_bound, cover.detail[COUNT]
+    def _cover(self, candidates: Candidates, coverable: IntArray, deadline_s: float) -> LexicographicCover:
+        return LexicographicCover(candidates.covers[:, coverable], candidates.holds, self._params.solver, deadline_s)
 
 
 def _prefer(cover: LexicographicCover, candidates: Candidates, *, in_sequence: bool) -> None:
@@ -86,7 +82,7 @@ def _prefer(cover: LexicographicCover, candidates: Candidates, *, in_sequence: b
         cover.least_sum("finger lengths off the step", candidates.off_step)
     cover.least_maximum("longest finger", candidates.length_mm)
     cover.least_sum("finger lengths", candidates.length_mm)
-    cover.most_held("alternatives held", candidates.holds)
+    cover.most_held("alternatives held")
     cover.least_sum("opening ranges", candidates.reach_mm)
 
 
