@@ -52,6 +52,28 @@ def test_an_ascii_stl_of_two_solids_keeps_the_order_of_its_faces() -> None:
     assert face_centres_mm(mesh) == pytest.approx(np.concatenate([first.triangles_center, second.triangles_center]), abs=1e-5)
 
 
+def test_an_stl_with_a_binary_header_that_says_solid_or_with_data_appended_is_read() -> None:
+    ring = _shuffled_ring()
+    data = _file(ring, "stl")
+
+    for variant in (b"solid" + data[5:], data + b"appended"):
+        assert volume_mm3(read_mesh(variant, "stl", "mm")) == pytest.approx(ring.volume, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (_file(_shuffled_ring(), "stl")[:-1], "ends early: it declares 192 triangles"),
+        (b"solid x\n facet\n outer loop\n vertex 1 2 3\n vertex 1 2 3\n endloop\n", "1 facets with 2 vertices"),
+        (b"solid x\n vertex 1 2 3\n vertex 1 x 3\n vertex 1 2 3\n endloop\n", "could not convert"),
+        (b"", "ends early"),
+    ],
+)
+def test_an_stl_that_is_cut_off_or_garbled_is_refused(data: bytes, reason: str) -> None:
+    with pytest.raises(InvalidGeometry, match=reason):
+        read_mesh(data, "stl", "mm")
+
+
 def test_polygons_of_an_obj_become_fans_in_the_files_order_whatever_its_groups_and_materials() -> None:
     text = b"""mtllib none.mtl
 v 0 0 0\nv 10 0 0\nv 10 10 0\nv 0 10 0\nv 5 5 8

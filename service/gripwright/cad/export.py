@@ -18,13 +18,13 @@ from OCP.TDataStd import TDataStd_Name
 from OCP.TDocStd import TDocStd_Document
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
+from gripwright.cad.stl import RECORD
 from gripwright.domain.shape import Mesh
 from gripwright.geometry.brep import read_brep
 from gripwright.geometry.measures import face_normals
 
 _EPOCH = "1970-01-01T00:00:00"
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
-_STL_RECORD = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
 def step_bytes(brep: bytes, *, name: str, part_number: str, description: str = "") -> bytes:
@@ -75,7 +75,7 @@ def _silence() -> None:
 
 def stl_bytes(mesh: Mesh) -> bytes:
     """A binary STL file in mm, faces in the mesh's order."""
-    records = np.zeros(len(mesh.faces), dtype=_STL_RECORD)
+    records = np.zeros(len(mesh.faces), dtype=RECORD)
     records["normal"] = face_normals(mesh)
     records["corners"] = mesh.triangles_mm
     return b"gripwright, mm".ljust(80) + np.uint32(len(records)).tobytes() + records.tobytes()
