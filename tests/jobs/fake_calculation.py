@@ -70,7 +70,9 @@ def design(task, actuators, plan, runner):
     """Two stages of which the first fans out. What each call does is named in the task: `name` holds "a b:segfault c:wait"."""
     log = os.environ["FAKE_LOG"]
     words = [word.partition(":") for word in task.name.split()]
-    calls = [{"name": name, "act": act or "add", "values": [1], "log": log} for name, _, act in words if not name.startswith("second")]
+    calls = [
+        {"name": name, "act": act or "add", "values": [1], "log": log} for name, _, act in words if not name.startswith("second")
+    ]
     firsts = runner.map("first", calls)
     last = next((act for name, _, act in words if name == "second"), "add")
     (second,) = runner.map("second", [{"name": "second", "act": last, "log": log, "values": [{"ref": ref} for ref in firsts]}])

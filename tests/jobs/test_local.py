@@ -41,9 +41,7 @@ def test_a_damaged_result_is_computed_again(workshop, plan, log):
     assert executed(log).count("begin:a") == 2
 
 
-@pytest.mark.parametrize(
-    ("change", "again"), [({"seed": 7}, True), ({"margin": 5.0}, False), ({"fake.rays": 3}, False)]
-)
+@pytest.mark.parametrize(("change", "again"), [({"seed": 7}, True), ({"margin": 5.0}, False), ({"fake.rays": 3}, False)])
 def test_a_step_is_computed_again_only_for_options_that_it_declares(workshop, plan, log, change, again):
     LocalRunner(workshop, plan).map("first", [{"log": log, "name": "a"}])
 
@@ -85,7 +83,10 @@ def test_a_step_that_breaks_is_a_failure_of_its_stage_alone(workshop, plan, log,
 
 def test_a_step_that_hangs_is_ended_at_its_deadline(workshop, plan, log):
     hasty = Workshop(
-        data_dir=workshop.data_dir, plugins_allow=workshop.plugins_allow, limits=Limits(timeout_s=1.0), stages_at=workshop.stages_at
+        data_dir=workshop.data_dir,
+        plugins_allow=workshop.plugins_allow,
+        limits=Limits(timeout_s=1.0),
+        stages_at=workshop.stages_at,
     )
     start = time.monotonic()
 
@@ -128,7 +129,9 @@ def test_cancelling_ends_running_steps_within_a_second(workshop, plan, log):
 
 def test_what_a_step_started_ends_with_it(workshop, plan, log):
     stop = threading.Event()
-    runner = LocalRunner(workshop, plan, cancelled=lambda: any(line.startswith("pid:") for line in executed(log)) or stop.is_set())
+    runner = LocalRunner(
+        workshop, plan, cancelled=lambda: any(line.startswith("pid:") for line in executed(log)) or stop.is_set()
+    )
 
     with pytest.raises(Cancelled):
         runner.map("first", [{"log": log, "name": "a", "act": "grandchild"}])
@@ -142,7 +145,9 @@ def test_the_first_failure_stops_the_other_steps(workshop, plan, log):
     start = time.monotonic()
 
     with pytest.raises(StepFailure):
-        LocalRunner(workshop, plan).map("first", [{"log": log, "name": "a", "act": "hang"}, {"log": log, "name": "b", "act": "segfault"}])
+        LocalRunner(workshop, plan).map(
+            "first", [{"log": log, "name": "a", "act": "hang"}, {"log": log, "name": "b", "act": "segfault"}]
+        )
 
     assert time.monotonic() - start < 8.0
 

@@ -16,6 +16,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from multiprocessing import forkserver
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any
@@ -32,8 +33,9 @@ log = logging.getLogger(__name__)
 
 _POLL_S = 0.1
 _PR_SET_PDEATHSIG = 1
-_CONTEXT = multiprocessing.get_context("forkserver")
-_CONTEXT.set_forkserver_preload(["gripwright.jobs.preload"])
+_FORKED = multiprocessing.get_context("forkserver")
+_FORKED.set_forkserver_preload(["gripwright.jobs.preload"])
+_FRESH = multiprocessing.get_context("spawn")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,12 +50,21 @@ class ChildFailure(Exception):
     """The child brought no result: how it ended."""
 
 
+class ChildTimeout(ChildFailure):
+    """The child was ended at its deadline."""
+
+
 class Refused(GripwrightError):
     """A GripwrightError that was raised in the child, with the code that it had there."""
 
     def __init__(self, code: str, detail: str, faults: tuple[Fault, ...], **context: object) -> None:
         super().__init__(detail, faults=faults, **context)
         self.code = code  # type: ignore[misc]  # a ClassVar elsewhere: here each instance repeats another error's
+
+
+def preload() -> None:
+    """Start the server that children are forked from, and return: it imports while this process does other things."""
+    forkserver.ensure_running()
 
 
 def run_in_child(
@@ -63,10 +74,15 @@ def run_in_child(
     limits: Limits,
     on_progress: Progress = lambda fraction, message: None,
     cancelled: Callable[[], bool] = lambda: False,
+    fresh: bool = False,
 ) -> Any:
-    """The JSON value that `work(argument, progress)` returns. Raises Cancelled, Refused, or ChildFailure."""
-    receiver, sender = _CONTEXT.Pipe(duplex=False)
-    process = _CONTEXT.Process(target=_main, args=(work, argument, limits, sender), daemon=True)
+    """The JSON value that `work(argument, progress)` returns. Raises Cancelled, Refused, or ChildFailure.
+
+    `fresh`: in a new interpreter instead of a fork of the preloaded one, for work that imports little.
+    """
+    context = _FRESH if fresh else _FORKED
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(target=_main, args=(work, argument, limits, sender), daemon=True)
     deadline = time.monotonic() + limits.timeout_s
     try:
         process.start()
@@ -107,7 +123,7 @@ def _receive(
         if cancelled():
             raise Cancelled("the caller asked to stop")
         if time.monotonic() > deadline:
-            raise ChildFailure(f"took more than {limits.timeout_s:g} s")
+            raise ChildTimeout(f"took more than {limits.timeout_s:g} s")
 
 
 def _ending(process: BaseProcess, limits: Limits) -> str:

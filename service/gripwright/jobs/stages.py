@@ -18,6 +18,4 @@ def export(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCont
     return design_folder(inputs["result"], toolbox.hands)
 
 
-STAGES: Mapping[str, Stage] = MappingProxyType(
-    {**DESIGN_STAGES, "export": Stage(name="export", function=export, uses=(), plan_fields=(), version=1)}
-)
+STAGES: Mapping[str, Stage] = MappingProxyType({**DESIGN_STAGES, "export": Stage(name="export", function=export, uses=("hand",))})

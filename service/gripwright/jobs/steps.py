@@ -22,6 +22,7 @@ from gripwright.plugin_api import RunContext
 from gripwright.registry.building import build_toolbox
 from gripwright.registry.discovery import Registry
 from gripwright.registry.plans import effective_plan
+from gripwright.settings import Settings
 from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.steps import StepStore
 
@@ -45,6 +46,15 @@ class Workshop:
     plugins_allow: tuple[str, ...] | None = None
     limits: Limits = Limits()  # noqa: RUF009 - frozen
     stages_at: str = STAGES_AT  # "module:attribute" of the stages
+
+    @classmethod
+    def of(cls, settings: Settings) -> "Workshop":
+        """The workshop that the settings describe."""
+        return cls(
+            data_dir=settings.data_dir,
+            plugins_allow=settings.plugins_allow,
+            limits=Limits(memory_mb=settings.step_memory_mb, timeout_s=settings.step_timeout_s),
+        )
 
     @property
     def steps(self) -> StepStore:

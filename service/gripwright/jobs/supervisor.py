@@ -20,7 +20,7 @@ _PAUSE_MAX_S = 10.0
 _HEALTHY_S = 10.0  # a worker that lived so long is started again without a pause
 _END_S = 5.0
 
-WORKER = (sys.executable, "-m", "gripwright.jobs.worker")
+WORKER = (sys.executable, "-m", "gripwright.cli", "worker")
 
 
 class Supervisor:

@@ -7,9 +7,9 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
-from gripwright.jobs.child import Limits
+from gripwright.jobs.child import preload
 from gripwright.jobs.dbos_engine import DbosEngine
 from gripwright.jobs.deliveries import DeliveryLoop
 from gripwright.jobs.engine import DesignJobs, JobEngine, StepFailure, problem_of
@@ -17,7 +17,7 @@ from gripwright.jobs.slots import Slots
 from gripwright.jobs.steps import Workshop
 from gripwright.jobs.supervisor import LIFELINE
 from gripwright.jobs.workflow import DesignOffice
-from gripwright.settings import Settings, load_settings
+from gripwright.settings import Settings
 from gripwright.store.jobs import open_design_jobs
 
 if TYPE_CHECKING:
@@ -30,22 +30,25 @@ _SWEEP_S = 2.0
 _DESIGNS_A_LOOK = 100
 
 
-def run_worker(settings: Settings) -> None:
-    """Work until SIGTERM or SIGINT. What runs then is continued by the next worker."""
+def run_worker(settings: Settings) -> NoReturn:
+    """Work until SIGTERM or SIGINT, then end the process. What runs then is continued by the next worker."""
     from gripwright.design.pipeline import design
 
-    workshop = workshop_of(settings)
+    workshop = Workshop.of(settings)
     office = DesignOffice(jobs=open_design_jobs(settings), workshop=workshop, pipeline=design)
     deliveries = DeliveryLoop(settings)
     deliveries.start()
     work(office, settings)
     deliveries.stop()
+    logging.shutdown()
+    os._exit(0)  # threads of the engine wait for steps that the next worker will continue
 
 
 def work(office: DesignOffice, settings: Settings) -> None:
     """Run the designs of an office until the process is told to end."""
     stop = threading.Event()
     _on_end(stop.set)
+    preload()
     slots = Slots(settings.data_dir / "workers")
     slot = slots.take()
     engine = DbosEngine(office, database_url=jobs_database_url(settings), executor=slot.executor)
@@ -78,15 +81,6 @@ def sweep(jobs: DesignJobs, engine: JobEngine, slots: Slots) -> None:
             jobs.fail(design_id, attempt, problem_of(error))
 
 
-def workshop_of(settings: Settings) -> Workshop:
-    """The workshop that the settings describe."""
-    return Workshop(
-        data_dir=settings.data_dir,
-        plugins_allow=settings.plugins_allow,
-        limits=Limits(memory_mb=settings.step_memory_mb, timeout_s=settings.step_timeout_s),
-    )
-
-
 def jobs_database_url(settings: Settings) -> str:
     """Where the engine keeps its own tables: a file of its own, so that its polling never blocks the service's."""
     return settings.jobs_database_url or f"sqlite:///{settings.data_dir / 'jobs.sqlite'}"
@@ -108,15 +102,3 @@ def _on_end(end: Callable[[], None]) -> None:
 
     if LIFELINE in os.environ:
         threading.Thread(target=watch_lifeline, daemon=True, name="lifeline").start()
-
-
-def main() -> None:
-    """`python -m gripwright.jobs.worker`."""
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
-    run_worker(load_settings())
-    logging.shutdown()
-    os._exit(0)  # threads of the engine wait for steps that somebody else will continue
-
-
-if __name__ == "__main__":
-    main()

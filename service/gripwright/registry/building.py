@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from gripwright.design.plan import Plan
-from gripwright.design.toolbox import PluginVersion, Toolbox, domain_classes
+from gripwright.design.toolbox import PluginVersion, Toolbox, record_classes
 from gripwright.domain.errors import InvalidPlan
 from gripwright.plugin_api import GraspPlanner, Params
 from gripwright.registry.discovery import InstalledPlugin, Registry
@@ -45,7 +45,7 @@ def build_toolbox(plan: Plan, registry: Registry) -> Toolbox:
         optimizer=built["optimizer"][plan.optimizer],
         fingers={gripper_type: finger for finger in built["finger"].values() for gripper_type in finger.gripper_types},
         versions=versions,
-        record_classes=(*domain_classes(), *(cls for plugin in registry.plugins for cls in plugin.record_classes)),
+        record_classes=(*record_classes(), *(cls for plugin in registry.plugins for cls in plugin.record_classes)),
     )
 
 

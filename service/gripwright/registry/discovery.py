@@ -63,8 +63,8 @@ class _Unusable(Exception):
     """Why one manifest cannot be used: what failed, and the reason."""
 
 
-def load_registry(*, allow: Collection[str] | None = None, strict: bool = False) -> Registry:
-    """Import every announced plug-in; all or nothing of each manifest. `allow` names distributions (None: all)."""
+def load_registry(*, allow: Collection[str] | None = None, kinds: Collection[str] = KINDS, strict: bool = False) -> Registry:
+    """Import the announced plug-ins of these kinds; all or nothing of each manifest. `allow` names distributions (None: all)."""
     plugins: dict[str, InstalledPlugin] = {}
     failures: list[LoadFailure] = []
     for entry_point in _entry_points():
@@ -72,7 +72,7 @@ def load_registry(*, allow: Collection[str] | None = None, strict: bool = False)
         if allow is not None and distribution not in allow:
             continue
         try:
-            plugins.update(_load(entry_point, distribution, plugins))
+            plugins.update(_load(entry_point, distribution, kinds, plugins))
         except _Unusable as unusable:
             plugin, reason = unusable.args
             failures.append(LoadFailure(distribution=distribution, plugin=plugin, reason=reason))
@@ -92,7 +92,7 @@ def _distribution(entry_point: importlib.metadata.EntryPoint) -> str:
 
 
 def _load(
-    entry_point: importlib.metadata.EntryPoint, distribution: str, taken: dict[str, InstalledPlugin]
+    entry_point: importlib.metadata.EntryPoint, distribution: str, kinds: Collection[str], taken: dict[str, InstalledPlugin]
 ) -> dict[str, InstalledPlugin]:
     manifest = _import(entry_point.value, entry_point.name)
     if not isinstance(manifest, Manifest):
@@ -101,6 +101,10 @@ def _load(
         raise _Unusable(entry_point.name, f"made for plug-in API {manifest.api_version}, this is {API_VERSION}")
     loaded: dict[str, InstalledPlugin] = {}
     for entry in manifest.plugins:
+        if entry.kind not in KINDS:
+            raise _Unusable(f"{entry.kind}/{entry.key}", f"there is no kind {entry.kind!r}; kinds are {', '.join(KINDS)}")
+        if entry.kind not in kinds:
+            continue
         plugin = _load_plugin(entry, manifest, distribution)
         holder = loaded.get(plugin.name) or taken.get(plugin.name)
         if holder is not None:
@@ -111,8 +115,6 @@ def _load(
 
 def _load_plugin(entry: PluginEntry, manifest: Manifest, distribution: str) -> InstalledPlugin:
     name = f"{entry.kind}/{entry.key}"
-    if entry.kind not in KINDS:
-        raise _Unusable(name, f"there is no kind {entry.kind!r}; kinds are {', '.join(KINDS)}")
     plugin = _import(entry.target, name)
     faults = contract_faults(plugin, entry.kind, entry.key)
     if faults:

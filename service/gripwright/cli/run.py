@@ -1,0 +1,61 @@
+"""What the commands that compute have in common: progress on standard error, an end that leaves no child behind."""
+
+import signal
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+from gripwright.cli.options import options_of
+from gripwright.design.plan import plan_of
+from gripwright.jobs.child import preload
+from gripwright.jobs.engine import OnProgress
+from gripwright.jobs.local import LocalRunner
+from gripwright.jobs.steps import Workshop
+from gripwright.settings import Settings
+
+
+@contextmanager
+def shown_progress() -> Iterator[OnProgress]:
+    """Where to report: a bar on a terminal, a line a stage elsewhere. SIGTERM ends the command as Ctrl-C does."""
+    signal.signal(signal.SIGTERM, _interrupt)
+    preload()
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _Lines(console)
+        return
+    columns = (
+        TextColumn("{task.description:>12}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[message]}"),
+    )
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=1.0, message="")
+        yield lambda fraction, stage, message: bar.update(task, completed=fraction, description=stage, message=message)
+
+
+def runner_of(settings: Settings, options: Sequence[str], on_progress: OnProgress) -> LocalRunner:
+    """A runner with the plan that the `--set` options make."""
+    plan = plan_of(options_of(options))
+    return LocalRunner(Workshop.of(settings), plan, workers=max(settings.workers, 1), on_progress=on_progress)
+
+
+class _Lines:
+    """One line when a stage begins."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._stage = ""
+
+    def __call__(self, fraction: float, stage: str, message: str) -> None:
+        del message
+        if stage != self._stage:
+            self._stage = stage
+            self._console.print(f"{fraction:4.0%} {stage}", highlight=False)
+
+
+def _interrupt(number: int, frame: object) -> None:
+    raise KeyboardInterrupt

@@ -1,0 +1,21 @@
+"""A worker process with a calculation made for tests; everything else is real."""
+
+import dataclasses
+import logging
+import os
+
+from fake_calculation import STAGES_AT, design
+
+from gripwright.jobs.steps import Workshop
+from gripwright.jobs.worker import work
+from gripwright.jobs.workflow import DesignOffice
+from gripwright.settings import load_settings
+from gripwright.store.jobs import open_design_jobs
+
+
+def main():
+    logging.basicConfig(level=logging.INFO)
+    settings = load_settings()
+    workshop = dataclasses.replace(Workshop.of(settings), stages_at=STAGES_AT)
+    work(DesignOffice(jobs=open_design_jobs(settings), workshop=workshop, pipeline=design), settings)
+    os._exit(0)

@@ -1,0 +1,107 @@
+"""A service without HTTP: a database, requests for designs, and real worker processes."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from fake_calculation import executed
+from plugin_factory import FAKE_OPTIONS
+
+from gripwright.design.records import dumps
+from gripwright.domain.assembly import AssemblyTask
+from gripwright.settings import Settings
+from gripwright.store.artifacts import ArtifactStore
+from gripwright.store.columns import new_id, utc_now
+from gripwright.store.designs import DesignRepository, JobRepository
+from gripwright.store.engines import Database
+from gripwright.store.models import Base, DesignRow, JobEventRow, JobRow, ProductRow
+
+
+class Service:
+    def __init__(self, settings: Settings, log: str):
+        settings.data_dir.mkdir(parents=True, exist_ok=True)
+        self.settings, self.log = settings, log
+        self.database = Database(settings.resolved_database_url)
+        Base.metadata.create_all(self.database.write_engine)
+        self.artifacts = ArtifactStore(settings.data_dir / "artifacts")
+        self.workers = []
+        self._product_id = self._add_product()
+
+    def request_design(self, words: str) -> str:
+        """Queue a design; `words` say what its steps do, see `fake_calculation.design`."""
+        task = AssemblyTask(part_number="P", revision="A", name=words, components=(), obstacles=(), operations=())
+        design = DesignRow(
+            id=new_id(utc_now()),
+            product_id=self._product_id,
+            product_version=1,
+            task_sha256=self.artifacts.put(dumps(task)),
+            actuators_sha256=self.artifacts.put(dumps(())),
+            options=FAKE_OPTIONS,
+            outcome=None,
+            created_at=utc_now(),
+        )
+        with self.database.write_sessions.begin() as session:
+            DesignRepository(session).add(design, utc_now())
+        return design.id
+
+    def start_worker(self):
+        worker = subprocess.Popen([sys.executable, "-c", "import fake_worker; fake_worker.main()"])
+        self.workers.append(worker)
+        return worker
+
+    def kill_worker(self, worker=None):
+        worker = worker or self.workers[-1]
+        worker.send_signal(signal.SIGKILL)
+        worker.wait()
+
+    def stop(self):
+        for worker in self.workers:
+            worker.kill()
+            worker.wait()
+        self.database.dispose()
+
+    def job(self, design_id: str) -> JobRow:
+        with self.database.read_sessions() as session:
+            return session.get_one(JobRow, design_id)
+
+    def change(self, design_id: str, action: str) -> None:
+        """Ask for `cancel` or `retry` as the API does."""
+        with self.database.write_sessions.begin() as session:
+            jobs = JobRepository(session)
+            getattr(jobs, action)(jobs.get(design_id), utc_now())
+
+    def design(self, design_id: str) -> DesignRow:
+        with self.database.read_sessions() as session:
+            return session.get_one(DesignRow, design_id)
+
+    def events(self, design_id: str):
+        with self.database.read_sessions() as session:
+            return session.query(JobEventRow).filter(JobEventRow.job_id == design_id).order_by(JobEventRow.id).all()
+
+    def wait(self, design_id: str, *, status=("succeeded", "failed", "cancelled"), seconds: float = 60.0) -> JobRow:
+        return self.wait_for(lambda: (job := self.job(design_id)).status in status and job, seconds)
+
+    def wait_for_step(self, line: str) -> None:
+        self.wait_for(lambda: line in executed(self.log))
+
+    def wait_for(self, condition, seconds: float = 60.0):
+        deadline = time.monotonic() + seconds
+        while not (value := condition()):
+            assert time.monotonic() < deadline, "waited in vain"
+            time.sleep(0.02)
+        return value
+
+    def let_go(self, name: str) -> None:
+        """End the step that waits under this name."""
+        Path(self.log).with_name(f"go-{name}").touch()
+
+    def _add_product(self) -> str:
+        row = ProductRow(
+            id=new_id(utc_now()), part_number="P", revision="A", name="", content_sha256="0" * 64, task_sha256="0" * 64,
+            manifest={}, warnings=[], version=1, created_at=utc_now(), updated_at=utc_now(),
+        )  # fmt: skip
+        with self.database.write_sessions.begin() as session:
+            session.add(row)
+        return row.id
