@@ -1,6 +1,8 @@
 """Every format: volume, units and the file's order of faces survive reading."""
 
+import io
 import struct
+import zipfile
 
 import numpy as np
 import pytest
@@ -158,13 +160,16 @@ def test_an_off_that_ends_early_is_refused() -> None:
 def test_a_3mf_states_its_unit_and_keeps_its_faces() -> None:
     ring = _shuffled_ring()
     mesh = Mesh(vertices_mm=np.array(ring.vertices), faces=np.array(ring.faces))
-    inches = threemf_bytes(mesh, "ring")
+    data = threemf_bytes(mesh, "ring")
+    inches = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as source, zipfile.ZipFile(inches, "w") as target:
+        for name in source.namelist():
+            target.writestr(name, source.read(name).replace(b'unit="millimeter"', b'unit="inch"'))
 
-    read = read_mesh(inches, "3mf", None)
-
-    assert face_centres_mm(read) == pytest.approx(ring.triangles_center, abs=1e-9)
+    assert face_centres_mm(read_mesh(data, "3mf", None)) == pytest.approx(ring.triangles_center, abs=1e-9)
+    assert face_centres_mm(read_mesh(inches.getvalue(), "3mf", None)) == pytest.approx(ring.triangles_center * 25.4, abs=1e-9)
     with pytest.raises(InvalidGeometry, match="but units says in"):
-        read_mesh(inches, "3mf", "in")
+        read_mesh(data, "3mf", "in")
 
 
 def test_a_glb_is_in_metres_unless_units_are_stated() -> None:
