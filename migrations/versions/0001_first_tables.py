@@ -40,8 +40,8 @@ def upgrade() -> None:
     op.create_table(
         "product",
         sa.Column("id", sa.String(length=32), nullable=False),
-        sa.Column("part_number", sa.String(length=200), nullable=False),
-        sa.Column("revision", sa.String(length=100), nullable=False),
+        sa.Column("part_number", sa.String(length=500), nullable=False),
+        sa.Column("revision", sa.String(length=500), nullable=False),
         sa.Column("name", sa.Text(), nullable=False),
         sa.Column("content_sha256", sa.String(length=64), nullable=False),
         sa.Column("task_sha256", sa.String(length=64), nullable=False),

@@ -52,9 +52,13 @@ def finish(jobs, service):
     """Ends a design as a worker would: with a document, a BOM and two files."""
 
     def finish(design_id, status="complete", files=()):
-        document = {"status": status, "operations": [], "grippers": []}
+        bom = [
+            {"gripper": "G1", "item": "actuator", "model": "MHF2-12D2", "quantity": 1, "mass_kg": 0.5, "operations": ["a", "b"]},
+            {"gripper": "G1", "item": "finger", "model": "=1+1", "quantity": 2, "mass_kg": None, "operations": []},
+        ]
+        document = {"status": status, "operations": [], "grippers": [], "bom": bom}
         stored = {
-            "bom.csv": b"gripper,item,maker,model,quantity,price\r\nG1,actuator,SMC,MHF2-12D2,1,249.5\r\nG1,finger,,=1+1,2,\r\n",
+            "bom.csv": b"gripper,item\r\nG1,actuator\r\nG1,finger\r\n",
             "report.html": b"<!doctype html><title>report</title>",
             "grippers/G1/finger.step": b"ISO-10303-21;" + bytes(range(256)),
             **dict(files),

@@ -17,7 +17,6 @@ from gripwright.store.migrate import prepare
 
 LISTENING = "Gripwright listens on "
 _GRACE_S = 5
-_LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 
 
 def serve(
@@ -25,8 +24,7 @@ def serve(
     port: Annotated[int | None, typer.Option(min=0, max=65535, help="by default GRIPWRIGHT_PORT or 8000; 0: a free one")] = None,
 ) -> None:
     """The HTTP service with its embedded workers, until SIGTERM or Ctrl-C."""
-    logging.basicConfig(level=logging.INFO, format=_LOG_FORMAT)
-    logging.getLogger("httpx").setLevel(logging.WARNING)
+    _log_to_stderr()
     settings = load_settings()
     prepare_database(settings)
     config = uvicorn.Config(
@@ -52,7 +50,7 @@ def serve(
 
 def worker() -> None:
     """A further worker process, until SIGTERM or Ctrl-C."""
-    logging.basicConfig(level=logging.INFO, format=_LOG_FORMAT)
+    _log_to_stderr()
     settings = load_settings()
     prepare_database(settings)
     run_worker(settings)
@@ -72,6 +70,12 @@ def prepare_database(settings: Settings) -> None:
     database = Database(settings.resolved_database_url)
     prepare(database, automatically=settings.uses_default_database)
     database.dispose()
+
+
+def _log_to_stderr() -> None:
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    for chatty in ("alembic", "httpx"):
+        logging.getLogger(chatty).setLevel(logging.WARNING)
 
 
 def _ignore(number: int, frame: object) -> None:

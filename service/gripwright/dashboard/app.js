@@ -74,7 +74,7 @@ function showState(id, state, outcome) {
   const badge = card.querySelector(".badge");
   badge.textContent = status;
   badge.className = `badge ${status}`;
-  card.querySelector(".running").hidden = isOver;
+  card.querySelector(".bar").hidden = isOver;
   card.querySelector("progress").value = state.progress.fraction;
   const percent = `${Math.round(100 * state.progress.fraction)} %`;
   card.querySelector("output").textContent = [percent, state.progress.stage, state.progress.message].filter(Boolean).join(" · ");

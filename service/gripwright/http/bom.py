@@ -1,7 +1,9 @@
 """The bill of materials in the form that the caller accepts."""
 
-import csv
 import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from fastapi import Response
 from fastapi.responses import JSONResponse
@@ -9,24 +11,22 @@ from openpyxl import Workbook
 from openpyxl.cell.cell import ILLEGAL_CHARACTERS_RE
 
 from gripwright.http.errors import NotAcceptable
+from gripwright.store.media_types import media_type_of
 
 JSON = "application/json"
 CSV = "text/csv"
 XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
 
 
-def bom_response(table: bytes, accept: str, name: str) -> Response:
-    """The rows of bom.csv as JSON, CSV or XLSX, whichever of them `accept` likes best."""
+def bom_response(rows: Sequence[Mapping[str, Any]], table: Path, accept: str, name: str) -> Response:
+    """The rows as JSON or XLSX, or the table bom.csv itself, whichever `accept` likes best."""
     media_type = preferred(accept, (JSON, CSV, XLSX))
-    if media_type == CSV:
-        headers = {"Content-Disposition": f'inline; filename="{name}.csv"', "Vary": "Accept"}
-        return Response(table, media_type="text/csv; charset=utf-8", headers=headers)
-    rows = list(csv.DictReader(io.StringIO(table.decode())))
     if media_type == JSON:
-        items = [{name: typed(value) for name, value in row.items()} for row in rows]
-        return JSONResponse({"items": items}, headers={"Vary": "Accept"})
-    headers = {"Content-Disposition": f'attachment; filename="{name}.xlsx"', "Vary": "Accept"}
-    return Response(_workbook(rows), media_type=XLSX, headers=headers)
+        return JSONResponse({"items": list(rows)}, headers={"Vary": "Accept"})
+    ending = "csv" if media_type == CSV else "xlsx"
+    headers = {"Content-Disposition": f'attachment; filename="{name}.{ending}"', "Vary": "Accept"}
+    content = table.read_bytes() if media_type == CSV else _workbook(rows)
+    return Response(content, media_type=media_type_of(f"bom.{ending}"), headers=headers)
 
 
 def preferred(accept: str, offered: tuple[str, ...]) -> str:
@@ -60,35 +60,23 @@ def _number(text: str) -> float:
         return 0.0
 
 
-def typed(value: str) -> float | int | str | None:
-    """A cell as JSON value: whole numbers, numbers, texts, and null where it is empty."""
-    if not value:
-        return None
-    for kind in (int, float):
-        try:
-            number = kind(value)
-        except ValueError:
-            continue
-        if str(number) == value:  # not "007", "1e5", "nan": those are names
-            return number
-    return value
-
-
-def _workbook(rows: list[dict[str, str]]) -> bytes:
+def _workbook(rows: Sequence[Mapping[str, Any]]) -> bytes:
     book = Workbook()
     sheet = book.create_sheet("BOM", 0)
     if rows:
         sheet.append(list(rows[0]))
     for row in rows:
-        sheet.append([_cell(typed(value)) for value in row.values()])
+        sheet.append([_cell(value) for value in row.values()])
     target = io.BytesIO()
     book.save(target)
     return target.getvalue()
 
 
-def _cell(value: float | int | str | None) -> float | int | str | None:
+def _cell(value: Any) -> float | int | str | None:
     """A cell that no spreadsheet takes for a formula."""
+    if isinstance(value, list):
+        value = "; ".join(map(str, value))
     if isinstance(value, str):
         value = ILLEGAL_CHARACTERS_RE.sub("", value)
         return f"'{value}" if value[:1] in "=+-@" else value
-    return value
+    return value if value is None or isinstance(value, int | float) else str(value)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +56,7 @@ def prepare(database: Database, *, automatically: bool) -> None:
 
 def require_current(database: Database) -> None:
     """Conflict where the database is not at this version's newest migration."""
-    expected = ScriptDirectory.from_config(alembic_config()).get_current_head()
+    expected = _newest()
     with database.read_engine.connect() as connection:
         found = MigrationContext.configure(connection).get_current_revision()
     if found != expected:
@@ -64,6 +65,12 @@ def require_current(database: Database) -> None:
             found=found,
             expected=expected,
         )
+
+
+@cache
+def _newest() -> str | None:
+    """The newest migration that came with this version."""
+    return ScriptDirectory.from_config(alembic_config()).get_current_head()
 
 
 @contextmanager

@@ -40,8 +40,8 @@ class ProductRow(Base):
     )
 
     id: Mapped[str] = mapped_column(_ID, primary_key=True)
-    part_number: Mapped[str] = mapped_column(String(200))
-    revision: Mapped[str] = mapped_column(String(100))
+    part_number: Mapped[str] = mapped_column(String(500))
+    revision: Mapped[str] = mapped_column(String(500))
     name: Mapped[str] = mapped_column(Text)
     content_sha256: Mapped[str] = mapped_column(_SHA256)  # of the task as uploaded: the identity of the content
     task_sha256: Mapped[str] = mapped_column(_SHA256)  # artifact: the task as it is now, a record

@@ -83,8 +83,10 @@ def get_design(design_id: str, session: ReadSession, artifacts: Artifacts, respo
 )
 def get_design_bom(design_id: str, session: ReadSession, artifacts: Artifacts, request: Request) -> Response:
     """What to buy and what to make: JSON, CSV or XLSX."""
-    row = DesignRepository(session).file(design_id, "bom.csv")
-    return bom_response(artifacts.get(row.sha256), request.headers.get("accept", "*/*"), f"bom-{design_id}")
+    designs = DesignRepository(session)
+    table = artifacts.path(designs.file(design_id, "bom.csv").sha256)
+    rows = json.loads(artifacts.get(designs.file(design_id, DOCUMENT).sha256))["bom"]
+    return bom_response(rows, table, request.headers.get("accept", "*/*"), f"bom-{design_id}")
 
 
 @router.get(
