@@ -75,7 +75,7 @@ def specs() -> st.SearchStrategy[FingerSpec]:
     )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(specs())
 def test_every_possible_finger_is_one_valid_solid_whose_mesh_has_its_volume(spec: FingerSpec) -> None:
     finger = designed(spec)
@@ -85,7 +85,7 @@ def test_every_possible_finger_is_one_valid_solid_whose_mesh_has_its_volume(spec
     assert volume_mm3(finger.mesh) == pytest.approx(finger.volume_mm3, rel=5e-3)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(specs())
 def test_the_stem_is_the_hand_models_box_and_the_base_stays_in_its_room(spec: FingerSpec) -> None:
     finger = designed(spec)

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gripwright.design.gripper_assembly import BodyMeasures, gripper_parts, jaw_radius_mm, jaws_to_try, placed_fingers, reach_mm
+from gripwright.design.catalogue import body_size, palm_envelope_mm
+from gripwright.design.gripper_assembly import BodyMeasures, gripper_parts, jaw_of, jaw_radius_mm, placed_fingers, reach_mm
 from gripwright.design.stages.fingers import GripperCad, design_gripper_cad
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import EXTERNAL, INTERNAL, Grasp, Hold
@@ -20,7 +21,7 @@ from gripwright_builtin.hands.centric import CentricHand
 from gripwright_builtin.hands.parallel import ParallelHand
 from gripwright_builtin.hands.prism import HandSettings
 
-BODY_DIAMETER_MM, BODY_LENGTH_MM = 40.0, 55.0
+BODY_LENGTH_MM = 55.0
 
 
 def make_hand(fingers: int) -> HandModel:
@@ -35,9 +36,19 @@ def make_gripper(
     jaw_offset_mm: float = 9.25,
     grip: str = EXTERNAL,
     length_mm: float = 30.0,
+    body_diameter_mm: float = 40.0,
 ) -> Gripper:
     hand = make_hand(fingers)
-    reference = opening_mm / 2.0 - jaw_offset_mm
+    actuator = Actuator(
+        maker="Maker",
+        model="M1",
+        gripper_type=hand.gripper_type,
+        stroke_mm=stroke_mm,
+        opening_max_mm=opening_mm - 2.0 * jaw_offset_mm,
+        grip_force_N=10.0,
+        body_diameter_mm=body_diameter_mm,
+        body_length_mm=BODY_LENGTH_MM,
+    )
     return Gripper(
         id="G1",
         gripper_type=hand.gripper_type,
@@ -46,9 +57,9 @@ def make_gripper(
         opening_min_mm=max(opening_mm - stroke_mm, hand.opening_floor_mm(grip)),
         opening_max_mm=opening_mm,
         finger_length_mm=length_mm,
-        actuator=Actuator(maker="Maker", model="M1", gripper_type=hand.gripper_type, stroke_mm=stroke_mm, grip_force_N=10.0),
+        actuator=actuator,
         jaw_offset_mm=jaw_offset_mm,
-        envelope_mm=max(opening_mm / 2.0 + 14.0, reference + 10.0, BODY_DIAMETER_MM / 2.0),
+        envelope_mm=palm_envelope_mm(actuator, opening_mm),
         handles=(),
     )
 
@@ -72,7 +83,7 @@ def with_handle(gripper: Gripper, *, required_force_N: float) -> Gripper:
 def answer(gripper: Gripper, **params) -> GripperCad | Rejection:
     designer = StraightFinger(StraightFingerParams(**params))
     hand = make_hand(gripper.fingers)
-    return design_gripper_cad(gripper, designer, hand, (), BODY_DIAMETER_MM, BODY_LENGTH_MM, 2.0, RunContext())
+    return design_gripper_cad(gripper, designer, hand, (), *body_size(gripper.actuator), 2.0, RunContext())
 
 
 def make_cad(gripper: Gripper) -> GripperCad:
@@ -84,12 +95,19 @@ def make_cad(gripper: Gripper) -> GripperCad:
 def grippers() -> st.SearchStrategy[Gripper]:
     """W 5..200, L 5..120, jaws 20 mm outside to 60 mm inside of the gripping surface, as far as an actuator can have them."""
 
-    def build(fingers: int, opening: float, length: float, stroke: float, offset: float, grip: str) -> Gripper:
+    def build(fingers: int, opening: float, length: float, stroke: float, offset: float, grip: str, diameter: float) -> Gripper:
         opening = max(opening, make_hand(fingers).opening_floor_mm(grip))
-        gripper = make_gripper(fingers, opening_mm=opening, stroke_mm=stroke, grip=grip, length_mm=length)
-        nearest = 5.0 if fingers == 3 else 0.0
-        offset = min(offset, gripper.opening_min_mm / 2.0 - nearest, opening / 2.0 - 8.0)
-        return make_gripper(fingers, opening_mm=opening, stroke_mm=stroke, grip=grip, length_mm=length, jaw_offset_mm=offset)
+        low = make_gripper(fingers, opening_mm=opening, stroke_mm=stroke, grip=grip).opening_min_mm
+        nearest = 5.5 if fingers == 3 else 0.0
+        return make_gripper(
+            fingers,
+            opening_mm=opening,
+            stroke_mm=stroke,
+            grip=grip,
+            length_mm=length,
+            jaw_offset_mm=min(offset, low / 2.0 - nearest, opening / 2.0 - 8.0),
+            body_diameter_mm=diameter,
+        )
 
     return st.builds(
         build,
@@ -99,6 +117,7 @@ def grippers() -> st.SearchStrategy[Gripper]:
         st.floats(2, 50),
         st.floats(-20, 60),
         st.sampled_from([EXTERNAL, INTERNAL]),
+        st.floats(20, 120),
     )
 
 
@@ -109,7 +128,7 @@ def solid(mesh: Mesh) -> manifold3d.Manifold:
     return made
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(grippers())
 def test_fingers_and_body_never_intersect_at_either_end_of_the_opening_range(gripper: Gripper) -> None:
     cad, hand = make_cad(gripper), make_hand(gripper.fingers)
@@ -138,7 +157,7 @@ def test_the_body_has_at_least_the_actuators_size(fingers: int) -> None:
 
     behind = cad.body.vertices_mm[cad.body.vertices_mm[:, 2] < cad.measures.front_mm - 15.5]
     assert np.ptp(cad.body.vertices_mm[:, 2]) == pytest.approx(BODY_LENGTH_MM)
-    assert np.hypot(behind[:, 0], behind[:, 1]).max() == pytest.approx(BODY_DIAMETER_MM / 2.0, abs=1e-6)
+    assert np.hypot(behind[:, 0], behind[:, 1]).max() == pytest.approx(20.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("grip", [EXTERNAL, INTERNAL])
@@ -171,15 +190,18 @@ def test_the_parts_at_an_opening_are_the_actuator_and_a_jaw_for_each_finger() ->
     assert parts["finger-1"].vertices_mm[:, 2].max() == pytest.approx(0.0, abs=1e-9)
 
 
-def test_jaws_wholly_in_the_envelope_are_tried_first_from_large_to_small() -> None:
-    gripper = make_gripper(opening_mm=60.0, jaw_offset_mm=10.0)
+@pytest.mark.parametrize(("body_diameter_mm", "thread_mm"), [(30.0, 2.5), (40.0, 2.5), (56.0, 3.0), (80.0, 4.0), (150.0, 4.0)])
+def test_an_actuator_has_the_largest_standard_jaws_that_its_size_allows(body_diameter_mm: float, thread_mm: float) -> None:
+    actuator = make_gripper(body_diameter_mm=body_diameter_mm).actuator
 
-    threads = {
-        envelope: [jaw.bolt_thread_mm for jaw in jaws_to_try(replace(gripper, envelope_mm=envelope))]
-        for envelope in (40.0, 33.0, 29.0, 25.0)
-    }
+    assert jaw_of(actuator).bolt_thread_mm == thread_mm
 
-    assert threads == {40.0: [4.0, 3.0, 2.5], 33.0: [3.0, 2.5, 4.0], 29.0: [2.5, 3.0, 4.0], 25.0: [2.5, 3.0, 4.0]}
+
+def test_an_actuator_has_the_same_jaws_in_every_gripper() -> None:
+    small, large = (make_gripper(opening_mm=width, jaw_offset_mm=width / 2.0 - 25.0) for width in (20.0, 120.0))
+
+    assert small.actuator == large.actuator
+    assert make_cad(small).spec.jaw == make_cad(large).spec.jaw
 
 
 @pytest.mark.parametrize("diameter_mm", [10.0, 30.0, 40.0, 80.0, 150.0])
@@ -193,7 +215,7 @@ def test_a_block_lies_in_the_circle_of_the_actuators_diameter(diameter_mm: float
 def test_a_body_larger_than_the_envelope_is_rejected() -> None:
     gripper = make_gripper(opening_mm=20.0, jaw_offset_mm=0.0)
 
-    rejected = answer(replace(gripper, envelope_mm=BODY_DIAMETER_MM / 2.0 - 1.0))
+    rejected = answer(replace(gripper, envelope_mm=19.0))
 
     assert isinstance(rejected, Rejection)
     assert rejected.code in {"body-outside-envelope", "base-outside-envelope"}

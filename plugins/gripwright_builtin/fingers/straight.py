@@ -29,7 +29,7 @@ class StraightFingerParams(Params):
     base_thickness: float = Field(10.0, ge=4, le=40, description="mm, least thickness of the base")
     base_thickness_max: float = Field(20.0, ge=4, le=60, description="mm, a stiff arm may be as thick")
     wall_min: float = Field(1.2, gt=0, le=10, description="mm, least wall anywhere")
-    base_gap: float = Field(0.25, ge=0, le=5, description="mm, from a base to the plane between two fingers, closed")
+    base_gap: float = Field(0.1, ge=0, le=5, description="mm, from a base to the plane between two fingers, closed")
     chamfer: float = Field(1.0, ge=0, le=3, description="mm, on the stem's outer edges; the gripping surface stays whole")
     material: Literal["auto", "pa12", "aluminium", "steel"] = Field(
         "auto", description="auto: the first of PA12, aluminium, steel that is stiff and strong enough"

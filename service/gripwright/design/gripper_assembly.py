@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gripwright.domain.gripper import Gripper, JawInterface
+from gripwright.design.catalogue import actuator_envelope_mm, opening_reference_mm
+from gripwright.domain.gripper import Actuator, Gripper, JawInterface
 from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.geometry import brep
 from gripwright.geometry.frames import transform
@@ -28,7 +29,7 @@ STANDARD_JAWS = (
     ),
     JawInterface(depth_mm=7.0, width_mm=20.0, bolt_setback_mm=3.8, bolt_pitch_mm=15.6, bolt_thread_mm=2.5, pin_diameter_mm=2.0),
 )
-"""Jaws, large to small, that stand for those of an actuator whose own are not known."""
+"""Jaws, large to small, that stand for an actuator's own: no maker's interface is in the catalogue."""
 
 FINGER_COLOUR = (0.85, 0.55, 0.20)
 JAW_COLOUR = (0.55, 0.58, 0.62)
@@ -67,12 +68,11 @@ def jaw_radius_mm(gripper: Gripper, opening_width_mm: float) -> float:
     return opening_width_mm / 2.0 - gripper.jaw_offset_mm
 
 
-def jaws_to_try(gripper: Gripper) -> list[JawInterface]:
-    """Standard jaws: those wholly in the palm envelope, the largest first; then those it trims, the smallest first."""
-    reference = jaw_radius_mm(gripper, gripper.opening_max_mm)
-    corners = {jaw: np.hypot(reference + jaw.depth_mm, jaw.width_mm / 2.0) for jaw in STANDARD_JAWS}
-    whole = [jaw for jaw in STANDARD_JAWS if corners[jaw] <= gripper.envelope_mm]
-    return whole + [jaw for jaw in reversed(STANDARD_JAWS) if jaw not in whole]
+def jaw_of(actuator: Actuator) -> JawInterface:
+    """The jaws of an actuator: the largest standard ones within the room that its body and open jaws take, or the smallest."""
+    reference, room = opening_reference_mm(actuator) / 2.0, actuator_envelope_mm(actuator)
+    whole = (jaw for jaw in STANDARD_JAWS if np.hypot(reference + jaw.depth_mm, jaw.width_mm / 2.0) <= room)
+    return next(whole, STANDARD_JAWS[-1])
 
 
 def body_shape(gripper: Gripper, hand: HandModel, measures: BodyMeasures, jaw: JawInterface) -> brep.Shape:

@@ -2,13 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
-from gripwright.design.gripper_assembly import BodyMeasures, body_shape, jaws_to_try, reach_mm
+from gripwright.design.gripper_assembly import BodyMeasures, body_shape, jaw_of, reach_mm
 from gripwright.domain.errors import Rejection
-from gripwright.domain.gripper import FingerDesign, FingerSpec, Gripper, JawInterface
+from gripwright.domain.gripper import FingerDesign, FingerSpec, Gripper
 from gripwright.domain.shape import Mesh
 from gripwright.geometry import brep
 from gripwright.plugin_api import FingerDesigner, HandModel, RunContext
@@ -47,15 +46,16 @@ def design_gripper_cad(
     full = gripper.actuator.grip_force_N
     forces = [needed] if full is None else [full, *([needed] if needed < full else [])]
     rejections: list[Rejection] = []
-    for force, jaw in product(forces, jaws_to_try(gripper)):
-        spec = finger_spec(gripper, contact_radii_mm, force, jaw)
+    for force in forces:
+        spec = finger_spec(gripper, contact_radii_mm, force)
         finger = designer.design(spec, ctx)
-        if not isinstance(finger, Rejection):
-            cad = _with_body(spec, finger, gripper, hand, body_diameter_mm, body_length_mm)
-            if isinstance(cad, GripperCad) and full is not None and force < full:
-                return replace(cad, grip_force_max_N=force)
-            return cad
-        rejections.append(finger)
+        if isinstance(finger, Rejection):
+            rejections.append(finger)
+            continue
+        cad = _with_body(spec, finger, gripper, hand, body_diameter_mm, body_length_mm)
+        if isinstance(cad, GripperCad) and full is not None and force < full:
+            return replace(cad, grip_force_max_N=force)
+        return cad
     return rejections[0]
 
 
@@ -79,8 +79,8 @@ def _with_body(
     return GripperCad(spec=spec, finger=finger, body_brep=brep.write_brep(shape), body=body, measures=measures)
 
 
-def finger_spec(gripper: Gripper, contact_radii_mm: Sequence[float], grip_force_N: float, jaw: JawInterface) -> FingerSpec:
-    """What the gripper asks of its finger, on these jaws and under this total grip force."""
+def finger_spec(gripper: Gripper, contact_radii_mm: Sequence[float], grip_force_N: float) -> FingerSpec:
+    """What the gripper asks of its finger under this total grip force."""
     return FingerSpec(
         gripper_type=gripper.gripper_type,
         grip=gripper.grip,
@@ -94,7 +94,7 @@ def finger_spec(gripper: Gripper, contact_radii_mm: Sequence[float], grip_force_
         actuator=gripper.actuator,
         contact_radii_mm=tuple(contact_radii_mm),
         grip_force_N=grip_force_N,
-        jaw=jaw,
+        jaw=jaw_of(gripper.actuator),
     )
 
 
