@@ -16,6 +16,8 @@ from gripwright.plugin_api import HandModel, Params, RunContext
 
 _PARALLEL_RAD = np.radians(5.0)  # INTERFACE.md: surfaces within 5° of parallel touch
 
+_OUTLINE_MM = 0.05  # by so much a facet's outline may be simplified for planning
+
 
 class FacetPairSettings(Params):
     """Resolution of the plan."""
@@ -45,7 +47,7 @@ class FacetPairPlanner:
         ranked: list[tuple[float, Grasp]] = []
         clusters = facets(component.mesh, segment.faces, float(_PARALLEL_RAD))
         for grip_axis in requirement.grip_axes_C:
-            for first, second in _opposite(clusters, grip_axis):
+            for first, second in _opposite(clusters, grip_axis, requirement.opening_width_mm):
                 ranked.extend(self._pair(component.mesh, first, second, requirement, width, ctx.min_contact_mm))
         ranked.sort(key=lambda item: item[0])
         return [grasp for _, grasp in ranked]
@@ -57,10 +59,10 @@ class FacetPairPlanner:
         x = first.normal
         u = any_perpendicular(x)
         v = np.cross(x, u)
-        overlap = _outline(mesh, first, u, v).intersection(_outline(mesh, second, u, v))
-        opening = first.offset_mm + second.offset_mm
-        if overlap.is_empty or overlap.area <= 0.0 or abs(opening - requirement.opening_width_mm) > 0.02 * opening + 0.5:
+        overlap = shapely.intersection(_outline(mesh, first, u, v), _outline(mesh, second, u, v))
+        if shapely.area(overlap) <= 0.0:
             return
+        opening = first.offset_mm + second.offset_mm
         middle = first.offset_mm - opening / 2.0
         for turn in self._turns(overlap):
             along = np.array([np.cos(turn), np.sin(turn)])  # approach in (u, v)
@@ -92,7 +94,7 @@ class FacetPairPlanner:
         """(rank, offset across, level of the tips along) for each strip of the finger's width over the overlap."""
         points = np.asarray(shapely.get_coordinates(overlap))
         low, high = float((points @ across).min()), float((points @ across).max())
-        centre = np.asarray(shapely.get_coordinates(overlap.centroid))[0] @ across
+        centre = np.asarray(shapely.get_coordinates(shapely.centroid(overlap)))[0] @ across
         count = int(min(self._params.offsets_max, 1 + 2 * ((high - low) // (2.0 * self._params.offset_step))))
         reach = max(0.0, (high - low - width) / 2.0)
         aside = np.unique(np.round(np.append(np.linspace(-reach, reach, count), 0.0), 6))
@@ -110,21 +112,24 @@ class FacetPairPlanner:
                 yield abs(float(offset - centre)) + 0.1 * float(depth), float(offset), begin + float(depth)
 
 
-def _opposite(clusters: Sequence[Facet], grip_axis: FloatArray) -> Iterator[tuple[Facet, Facet]]:
-    """Pairs of facets across `grip_axis` whose normals point away from each other."""
+def _opposite(clusters: Sequence[Facet], grip_axis: FloatArray, opening_mm: float) -> Iterator[tuple[Facet, Facet]]:
+    """Pairs of facets across `grip_axis` that face away from each other, about as far apart as the requirement says."""
     limit = float(np.cos(_PARALLEL_RAD))
     ahead = [facet for facet in clusters if facet.normal @ grip_axis >= limit]
     behind = [facet for facet in clusters if facet.normal @ grip_axis <= -limit]
-    for first in ahead:
-        for second in behind:
-            if first.normal @ second.normal <= -limit and first.offset_mm + second.offset_mm > 0.0:
-                yield first, second
+    if not ahead or not behind:
+        return
+    apart = np.add.outer([facet.offset_mm for facet in ahead], [facet.offset_mm for facet in behind])  # (a, b)
+    for i, j in np.argwhere((apart > 0.0) & (np.abs(apart - opening_mm) <= 0.02 * opening_mm + 0.5)):
+        if ahead[i].normal @ behind[j].normal <= -limit:
+            yield ahead[i], behind[j]
 
 
 def _outline(mesh: Mesh, facet: Facet, u: FloatArray, v: FloatArray) -> shapely.Geometry:
-    """The facet seen along its normal, in coordinates (u, v), mm."""
+    """The facet seen along its normal, in coordinates (u, v), mm; its triangles share whole edges."""
     flat = mesh.triangles_mm[facet.faces] @ np.stack([u, v], axis=1)  # (k, 3, 2)
-    return shapely.union_all(shapely.polygons(flat), grid_size=1e-4)
+    outline = shapely.simplify(shapely.coverage_union_all(shapely.polygons(flat)), _OUTLINE_MM)
+    return outline if shapely.is_valid(outline) else shapely.make_valid(outline)
 
 
 def _strip_range(
@@ -134,7 +139,7 @@ def _strip_range(
     far = 1e6
     sides = [(-far, offset - width / 2.0), (far, offset - width / 2.0), (far, offset + width / 2.0), (-far, offset + width / 2.0)]
     strip = shapely.polygons([a * along + b * across for a, b in sides])
-    part = np.asarray(shapely.get_coordinates(overlap.intersection(strip)))
+    part = np.asarray(shapely.get_coordinates(shapely.intersection(overlap, strip)))
     if len(part) == 0:
         return 0.0, 0.0
     return float((part @ along).min()), float((part @ along).max())
