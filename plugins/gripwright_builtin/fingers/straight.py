@@ -162,7 +162,7 @@ class StraightFinger:
         p = self._params
         seat = max(plan.screw.head_depth_mm, spec.jaw.pin_length_mm) + max(p.wall_min, 3.0)
         least = max(p.base_thickness, seat)
-        closest: _Build | None = None
+        stiffest: _Build | None = None
         for material in BY_KEY[p.material]:
             for thickness in np.arange(least, max(p.base_thickness_max, least) + 0.5, 1.0):
                 build = _Build(
@@ -175,13 +175,13 @@ class StraightFinger:
                     and build.bending.stress_MPa * p.strength_safety <= material.strength_MPa
                 ):
                     return build
-                closest = build
-        assert closest is not None
+                stiffest = build
+        assert stiffest is not None
         return Rejection(
             "finger-too-weak",
-            f"{spec.grip_force_N / spec.fingers:.1f} N bend a finger of {closest.material.name} by "
-            f"{closest.bending.deflection_mm:.2f} mm, at most {p.deflection_max:.2f}, and stress it with "
-            f"{closest.bending.stress_MPa:.0f} MPa, at most {closest.material.strength_MPa / p.strength_safety:.0f}",
+            f"{spec.grip_force_N / spec.fingers:.1f} N bend a finger of {stiffest.material.name} by "
+            f"{stiffest.bending.deflection_mm:.2f} mm, at most {p.deflection_max:.2f}, and stress it with "
+            f"{stiffest.bending.stress_MPa:.0f} MPa, at most {stiffest.material.strength_MPa / p.strength_safety:.0f}",
         )
 
     def _bending(self, spec: FingerSpec, plan: _Plan, material: Material, thickness_mm: float) -> Bending:
