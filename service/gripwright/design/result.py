@@ -126,12 +126,7 @@ def _segment(item: SegmentAnalysis, analysis: Analysis, verdict: SegmentVerdict 
     lengths = [float(grasp.finger_length_min_mm.min()) for grasp in free]
     longest = max((grasp.finger_length_max_mm for grasp in free), default=0.0)
     return {
-        "id": item.segment.id,
-        "faces": int((analysis.source_labels == item.segment.id).sum()),
-        "area": _mm(item.segment.area_mm2),
-        "hull_volume": _mm(item.segment.hull_volume_mm3),
-        "primitive": _primitive(item),
-        "reason": item.reason,
+        **segment_shape(item, analysis),
         "gripper_type": need.gripper_type if need is not None else None,
         "grip": need.grip if need is not None else None,
         "opening_width": _opening(free, verdict),
@@ -149,6 +144,18 @@ def _opening(free: Sequence[FreeGrasp], verdict: SegmentVerdict | None) -> float
     if free:
         return _mm(free[0].grasp.opening_width_mm)
     return _mm(verdict.requirement.opening_width_mm) if verdict is not None and verdict.requirement is not None else None
+
+
+def segment_shape(item: SegmentAnalysis, analysis: Analysis) -> dict[str, Any]:
+    """What is known of a segment before any assembly, as JSON: mm, the component's frame."""
+    return {
+        "id": item.segment.id,
+        "faces": int((analysis.source_labels == item.segment.id).sum()),
+        "area": _mm(item.segment.area_mm2),
+        "hull_volume": _mm(item.segment.hull_volume_mm3),
+        "primitive": _primitive(item),
+        "reason": item.reason,
+    }
 
 
 def _primitive(item: SegmentAnalysis) -> dict[str, Any] | None:
