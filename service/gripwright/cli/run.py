@@ -12,7 +12,7 @@ from gripwright.design.plan import plan_of
 from gripwright.jobs.child import preload
 from gripwright.jobs.engine import OnProgress
 from gripwright.jobs.local import LocalRunner
-from gripwright.jobs.steps import Workshop
+from gripwright.jobs.steps import STAGES_AT, Workshop
 from gripwright.settings import Settings
 
 
@@ -37,10 +37,10 @@ def shown_progress() -> Iterator[OnProgress]:
         yield lambda fraction, stage, message: bar.update(task, completed=fraction, description=stage, message=message)
 
 
-def runner_of(settings: Settings, options: Sequence[str], on_progress: OnProgress) -> LocalRunner:
+def runner_of(settings: Settings, options: Sequence[str], on_progress: OnProgress, stages_at: str = STAGES_AT) -> LocalRunner:
     """A runner with the plan that the `--set` options make."""
     plan = plan_of(options_of(options))
-    return LocalRunner(Workshop.of(settings), plan, workers=max(settings.workers, 1), on_progress=on_progress)
+    return LocalRunner(Workshop.of(settings, stages_at), plan, workers=max(settings.workers, 1), on_progress=on_progress)
 
 
 class _Lines:

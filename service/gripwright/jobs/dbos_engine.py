@@ -29,7 +29,8 @@ _POLL_S = 0.1
 _CANCEL_POLL_S = 0.25
 _DESIGNS_A_WORKER = 4  # a design's own workflow only waits; its steps do the work
 _STEP_RECOVERIES = 3  # a step that takes its whole worker down so often is given up
-_ACTIVE = (WorkflowStatusString.PENDING.value, WorkflowStatusString.ENQUEUED.value, WorkflowStatusString.DELAYED.value)
+_QUEUED = WorkflowStatusString.ENQUEUED.value
+_ACTIVE = (_QUEUED, WorkflowStatusString.PENDING.value, WorkflowStatusString.DELAYED.value)
 
 
 class DbosEngine:
@@ -165,22 +166,19 @@ class _DurableRunner:
         return child
 
     def _await(self, children: list[str]) -> dict[str, Any] | None:
-        """Wait until all have ended; the problem of the first that failed, or of the cancellation. The others stop then."""
+        """Wait until all have ended; the problem of the first that failed or of the cancellation, which drops those that wait."""
         cancelled, waiting = _Cancellation(self._office, self._design_id), set(children)
         while waiting:
             time.sleep(_POLL_S)
-            ended = [
-                status
-                for status in DBOS.list_workflows(workflow_ids=sorted(waiting), load_input=False)
-                if status.status not in _ACTIVE
-            ]
+            statuses = DBOS.list_workflows(workflow_ids=sorted(waiting), load_input=False)
+            ended = [status for status in statuses if status.status not in _ACTIVE]
             waiting -= {status.workflow_id for status in ended}
             problems = [_problem_of(status) for status in ended]
             if cancelled():
                 problems.insert(0, problem_of(Cancelled("the caller asked to stop")))
             problem = next(filter(None, problems), None)
             if problem is not None:
-                DBOS.cancel_workflows(sorted(waiting))
+                DBOS.cancel_workflows([status.workflow_id for status in statuses if status.status == _QUEUED])
                 return problem
         return None
 

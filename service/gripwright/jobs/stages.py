@@ -5,9 +5,11 @@ from types import MappingProxyType
 from typing import Any
 
 from gripwright.design.plan import Plan
+from gripwright.design.result import segment_shape
 from gripwright.design.steps import STAGES as DESIGN_STAGES
 from gripwright.design.steps import Stage
 from gripwright.design.toolbox import Toolbox
+from gripwright.domain.shape import Analysis
 from gripwright.plugin_api import RunContext
 from gripwright.report.folder import design_folder
 
@@ -18,4 +20,27 @@ def export(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCont
     return design_folder(inputs["result"], toolbox.hands)
 
 
+def describe_analysis(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> dict[str, Any]:
+    """An analysis as JSON; `labels` is the segment of each face of the file."""
+    del plan, toolbox, ctx
+    analysis: Analysis = inputs["analysis"]
+    return {
+        "segmenter": analysis.segmenter,
+        "faces": len(analysis.source_labels),
+        "segments": [{**segment_shape(item, analysis), "fits": list(item.fits)} for item in analysis.segments],
+        "labels": analysis.source_labels,
+        "warnings": list(analysis.warnings),
+        "timings": analysis.timings,
+    }
+
+
 STAGES: Mapping[str, Stage] = MappingProxyType({**DESIGN_STAGES, "export": Stage(name="export", function=export, uses=("hand",))})
+"""Of a whole design."""
+
+ANALYSIS_STAGES: Mapping[str, Stage] = MappingProxyType(
+    {
+        **{name: DESIGN_STAGES[name] for name in ("prepare", "segment", "fit")},
+        "describe": Stage(name="describe", function=describe_analysis),
+    }
+)
+"""Of the analysis of one component."""

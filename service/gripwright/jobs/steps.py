@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-STAGES_AT = "gripwright.jobs.stages:STAGES"
+STAGES_AT, ANALYSIS_STAGES_AT = "gripwright.jobs.stages:STAGES", "gripwright.jobs.stages:ANALYSIS_STAGES"
 _CONTEXT_FIELDS = {"seed": "seed", "min_contact": "min_contact_mm", "margin": "margin_mm"}  # of the plan → of RunContext
 
 Versions = Mapping[str, PluginVersion]
@@ -48,12 +48,13 @@ class Workshop:
     stages_at: str = STAGES_AT  # "module:attribute" of the stages
 
     @classmethod
-    def of(cls, settings: Settings) -> "Workshop":
+    def of(cls, settings: Settings, stages_at: str = STAGES_AT) -> "Workshop":
         """The workshop that the settings describe."""
         return cls(
             data_dir=settings.data_dir,
             plugins_allow=settings.plugins_allow,
             limits=Limits(memory_mb=settings.step_memory_mb, timeout_s=settings.step_timeout_s),
+            stages_at=stages_at,
         )
 
     @property

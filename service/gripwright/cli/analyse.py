@@ -1,0 +1,67 @@
+"""`gripwright analyse`."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gripwright.cad.formats import EXTENSIONS, format_of
+from gripwright.cad.limits import DEFAULT_LIMITS
+from gripwright.cad.reader import CadReader
+from gripwright.cli.options import SET_HELP
+from gripwright.cli.run import runner_of, shown_progress
+from gripwright.design.pipeline import Runner
+from gripwright.domain.errors import Fault, InvalidInput
+from gripwright.domain.shape import Mesh
+from gripwright.jobs.steps import ANALYSIS_STAGES_AT
+from gripwright.settings import load_settings
+from gripwright.store.files import write_atomically
+
+
+def analyse(
+    mesh: Annotated[Path, typer.Argument(help=f"a CAD file: {' '.join(EXTENSIONS)}")],
+    units: Annotated[str | None, typer.Option(help="mm, cm, m or in, where the file does not say")] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="segments, primitives and timings")] = None,
+    labels_file: Annotated[
+        Path | None, typer.Option("--labels", metavar="FILE", help="one segment number a face, a line each, in the file's order")
+    ] = None,
+    options: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help=SET_HELP)] = None,
+) -> None:
+    """One component: its segments and the primitives fitted to them."""
+    with shown_progress() as show:
+        show(0.0, "read", str(mesh))
+        shape = _read(mesh, units)
+        analysis = _analysis(shape, runner_of(load_settings(), options or [], show, ANALYSIS_STAGES_AT))
+    labels = analysis.pop("labels")
+    if labels_file is not None:
+        write_atomically(labels_file, "".join(f"{label}\n" for label in labels).encode())
+    if json_file is not None:
+        write_atomically(json_file, json.dumps(analysis, indent=1).encode())
+    for segment in analysis["segments"]:
+        kind = segment["primitive"]["kind"] if segment["primitive"] is not None else "no primitive"
+        typer.echo(f"segment {segment['id']}: {segment['faces']} faces, {segment['area']:.1f} mm², {kind}: {segment['reason']}")
+    for warning in analysis["warnings"]:
+        typer.echo(f"warning: {warning}", err=True)
+
+
+def _read(path: Path, units: str | None) -> Mesh:
+    format = format_of(path.name)
+    if format is None:
+        fault = Fault(str(path), f"is no CAD file that is read: {' '.join(EXTENSIONS)}")
+        raise InvalidInput("the component cannot be read", faults=(fault,))
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InvalidInput("the component cannot be read", faults=(Fault(str(path), error.strerror or str(error)),)) from None
+    with CadReader(DEFAULT_LIMITS) as reader:
+        return reader.mesh(path.name, data, format, units)
+
+
+def _analysis(mesh: Mesh, runner: Runner) -> dict[str, Any]:
+    (prepared,) = runner.map("prepare", [{"mesh": {"ref": runner.put(mesh)}}])
+    (segmented,) = runner.map("segment", [{"prepared": {"ref": prepared}}])
+    (fitted,) = runner.map("fit", [{"prepared": {"ref": prepared}, "segmentation": {"ref": segmented}}])
+    (described,) = runner.map("describe", [{"analysis": {"ref": fitted}}])
+    analysis: dict[str, Any] = runner.get(described)
+    return analysis
