@@ -8,20 +8,22 @@ from pydantic import Field
 
 from gripwright.domain.assembly import Component
 from gripwright.domain.shape import FloatArray, IntArray, Mesh, Segment
-from gripwright.geometry.adjacency import edge_lengths_mm, exterior_angles_rad, face_adjacency
-from gripwright.geometry.measures import face_areas_mm2, face_centres_mm
+from gripwright.geometry.measures import face_centres_mm
 from gripwright.geometry.shape_diameter import filled, shape_diameters_mm
 from gripwright.geometry.smooth import bilateral
 from gripwright.plugin_api import Params, RunContext
-from gripwright_builtin.segmenters.energy import Energy, area_energy, border_shares, published_energy
-from gripwright_builtin.segmenters.graph_cut import alpha_expansion
-from gripwright_builtin.segmenters.segments import Surface, connected_parts, divided_at_creases, merged_small, segments_of
+from gripwright_builtin.segmenters.energy import area_energy, published_energy
+from gripwright_builtin.segmenters.graph_cut import alpha_expansion, expansion_coarse_to_fine
+from gripwright_builtin.segmenters.segments import connected_parts, divided_at_creases, merged_small, segments_of
 from gripwright_builtin.segmenters.soft_clustering import cluster_probabilities
+from gripwright_builtin.segmenters.surface import Surface, sampled_faces, surface_groups, surface_of
 
 WINDOW = 0.03
 """Radius of the smoothing window, as a fraction of the square root of the surface's area."""
 LOGARITHM_SCALE = 5.0
 """Differences among thin parts count more than among thick ones: values v in 0..1 become log(1 + 5 v) / log 6."""
+GROUPS = 4000
+"""Patches of the surface that are labelled as one before their borders are looked at face by face."""
 
 
 class SdfSegmenter:
@@ -34,6 +36,12 @@ class SdfSegmenter:
         cone_angle: float = Field(120.0, gt=0.0, lt=180.0, description="Full angle of the cone of rays, degrees.")
         clusters: int = Field(5, ge=1, le=50, description="Levels of thickness that are told apart.")
         smoothness: float = Field(0.26, ge=0.0, le=1.0, description="Weight of short borders against thickness.")
+        samples: int = Field(
+            40_000,
+            ge=1000,
+            description="Faces that rays are shot from, spread evenly over the surface (energy area); the rest "
+            "take the mean of their neighbours.",
+        )
         energy: Literal["area", "published"] = Field(
             "area",
             description="area: independent of the tessellation, borders at creases; published: every face and edge counts "
@@ -60,10 +68,11 @@ class SdfSegmenter:
         """Partition the faces of the component's mesh; positions smoothed for segmentation are used where there are any."""
         mesh, params = _segmentation_mesh(component.mesh), self._params
         with ctx.timed("segment.rays"):
-            raw = shape_diameters_mm(mesh, params.rays, np.radians(params.cone_angle))
+            chosen = None if params.energy == "published" else sampled_faces(mesh, params.samples)
+            raw = shape_diameters_mm(mesh, params.rays, np.radians(params.cone_angle), chosen)
         ctx.progress(0.5, "shape diameters")
         with ctx.timed("segment.adjacency"):
-            surface = _surface(mesh)
+            surface = surface_of(mesh)
         with ctx.timed("segment.smooth"):
             window = WINDOW * np.sqrt(surface.areas_mm2.sum())
             diameters = filled(raw, surface.pairs)
@@ -74,34 +83,24 @@ class SdfSegmenter:
             probabilities = cluster_probabilities(_normalised(diameters), weights, params.clusters, common_spread=by_area)
         ctx.progress(0.7, "levels of thickness")
         with ctx.timed("segment.cut"):
-            energy = self._energy(probabilities, surface)
-            labels = alpha_expansion(energy.data, surface.pairs, energy.borders)
+            labels = self._labels(probabilities, mesh, surface)
         ctx.progress(0.9, "borders")
         with ctx.timed("segment.components"):
             return segments_of(component.mesh, self._parts(labels, surface))
 
-    def _energy(self, probabilities: FloatArray, surface: Surface) -> Energy:
+    def _labels(self, probabilities: FloatArray, mesh: Mesh, surface: Surface) -> IntArray:
+        """The labelling of least energy that expansions reach, (m,)."""
         if self._params.energy == "published":
-            return published_energy(probabilities, surface.angles_rad, self._params.smoothness)
-        return area_energy(probabilities, surface.areas_mm2, surface.shares, surface.lengths_mm, self._params.smoothness)
+            energy = published_energy(probabilities, surface.angles_rad, self._params.smoothness)
+            return alpha_expansion(energy.data, surface.pairs, energy.borders)
+        energy = area_energy(probabilities, surface.areas_mm2, surface.shares, surface.lengths_mm, self._params.smoothness)
+        return expansion_coarse_to_fine(energy.data, surface.pairs, energy.borders, surface_groups(mesh, surface, GROUPS))
 
     def _parts(self, labels: IntArray, surface: Surface) -> IntArray:
         parts = connected_parts(labels, surface.pairs)
         if self._params.energy == "published":
             return parts
         return divided_at_creases(merged_small(parts, surface, self._params.min_area), surface, self._params.crease_area)
-
-
-def _surface(mesh: Mesh) -> Surface:
-    adjacency = face_adjacency(mesh)
-    angles = exterior_angles_rad(mesh, adjacency)
-    return Surface(
-        areas_mm2=face_areas_mm2(mesh),
-        pairs=adjacency.pairs,
-        angles_rad=angles,
-        lengths_mm=edge_lengths_mm(mesh, adjacency),
-        shares=border_shares(angles),
-    )
 
 
 def _normalised(values: FloatArray) -> FloatArray:

@@ -1,6 +1,6 @@
 """From labels of faces to segments: connected, not too small, not too ragged, measured."""
 
-from dataclasses import dataclass
+import heapq
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -8,23 +8,15 @@ from scipy.spatial import ConvexHull, QhullError
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh, Segment
 from gripwright.geometry.adjacency import connected_labels
 from gripwright.geometry.measures import face_areas_mm2
+from gripwright_builtin.segmenters.surface import Surface
 
 RAGGED = 100.0
 """A part whose border is longer than 10 times the root of its area is a strip, such as the flank of a thread: no segment."""
 CREASE_RAD = np.radians(40.0)
 HOLLOW = 0.5
-"""A patch is hollow when its mean curvature times the root of its area is below minus this (a closed bore is at −√(2πh/r))."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Surface:
-    """What the shape of a mesh says about borders between its faces."""
-
-    areas_mm2: FloatArray  # (m,)
-    pairs: IntArray  # (e, 2) faces
-    angles_rad: FloatArray  # (e,) exterior
-    lengths_mm: FloatArray  # (e,)
-    shares: FloatArray  # (e,) cost of a border for its length
+"""A patch is hollow when its mean curvature times the root of its area is below minus this (a closed bore is at −√(2πh/r)) …"""
+ROUND = 0.3
+"""… and its faces look all ways: the sum of their area vectors is below this part of their area."""
 
 
 def connected_parts(labels: IntArray, pairs: IntArray) -> IntArray:
@@ -51,21 +43,20 @@ def merged_small(parts: IntArray, surface: Surface, least: float, within: BoolAr
     """Parts with those that are small or ragged joined, smallest first, to a neighbour, (m,).
 
     Small is below the fraction `least` of the area. Of its neighbours (across the edges `within`, all where None) a part
-    joins the one with the costliest common border: the one that it continues. A part without neighbours stays.
+    joins the one with the costliest common border: the one that it continues. Small parts that joined each other go on
+    until they reach one that is not small; without any neighbour left they stay.
     """
     size = np.bincount(parts, weights=surface.areas_mm2)
-    limit = least * size.sum()
     across = _borders(parts, surface, within)
-
-    def too_small(p: int) -> bool:
-        outline = sum(length for _, length in across[p].values())
-        return bool(across[p]) and bool(size[p] < limit or outline**2 > RAGGED * size[p])
-
+    outline = np.array([sum(length for _, length in border.values()) for border in across])
+    small = (size < least * size.sum()) | (outline**2 > RAGGED * size)
     into = np.arange(len(size))
-    waiting = {p for p in range(len(size)) if too_small(p)}
+    waiting = [(float(size[p]), int(p)) for p in np.flatnonzero(small)]
+    heapq.heapify(waiting)
     while waiting:
-        p = min(waiting, key=lambda i: (size[i], i))
-        waiting.discard(p)
+        area, p = heapq.heappop(waiting)
+        if area != size[p] or into[p] != p or not across[p]:
+            continue  # it has grown or joined another meanwhile, or fills its surroundings
         q = max(across[p], key=lambda i: (across[p][i][0], -i))
         for r, (cost, length) in across[p].items():
             del across[r][p]
@@ -74,10 +65,8 @@ def merged_small(parts: IntArray, surface: Surface, least: float, within: BoolAr
                 across[q][r] = across[r][q] = (old_cost + cost, old_length + length)
         into[into == p] = q
         size[q] += size[p]
-        if too_small(q):
-            waiting.add(q)
-        else:
-            waiting.discard(q)
+        if small[q]:
+            heapq.heappush(waiting, (float(size[q]), q))
     return np.asarray(into[parts])
 
 
@@ -100,15 +89,17 @@ def _borders(parts: IntArray, surface: Surface, within: BoolArray | None) -> lis
 
 
 def _hollow_faces(surface: Surface) -> BoolArray:
-    """Faces of smooth patches that curve inwards, such as bores, (m,)."""
+    """Faces of smooth patches that curve inwards all round, such as bores, (m,)."""
     smooth = np.abs(surface.angles_rad) <= CREASE_RAD
     patch = connected_labels(surface.pairs[smooth], len(surface.areas_mm2))
+    count = int(patch.max()) + 1
     turn = np.bincount(
-        patch[surface.pairs[smooth, 0]],
-        weights=surface.angles_rad[smooth] * surface.lengths_mm[smooth],
-        minlength=int(patch.max()) + 1,
+        patch[surface.pairs[smooth, 0]], weights=surface.angles_rad[smooth] * surface.lengths_mm[smooth], minlength=count
     )
-    return np.asarray((turn < -HOLLOW * np.sqrt(np.bincount(patch, weights=surface.areas_mm2)))[patch])
+    area = np.bincount(patch, weights=surface.areas_mm2, minlength=count)
+    sums = np.stack([np.bincount(patch, weights=column, minlength=count) for column in surface.area_vectors_mm2.T], axis=1)
+    hollow = (turn < -HOLLOW * np.sqrt(area)) & (np.linalg.norm(sums, axis=1) < ROUND * area)
+    return np.asarray(hollow[patch])
 
 
 def segments_of(mesh: Mesh, parts: IntArray) -> tuple[Segment, ...]:

@@ -50,12 +50,15 @@ def two_face_edges(mesh: Mesh) -> tuple[IntArray, BoolArray]:
 
 
 def exterior_angles_rad(mesh: Mesh, adjacency: Adjacency, normals: FloatArray | None = None) -> FloatArray:
-    """Angle by which the surface turns at each edge, (e,): 0 flat, positive convex, negative concave, at most π."""
+    """Angle by which the surface turns at each edge, (e,): 0 flat, positive convex, negative concave, at most π.
+
+    `normals` (m, 3), of whatever length, if known.
+    """
     normals = face_normals(mesh) if normals is None else normals
     left, right = normals[adjacency.pairs[:, 0]], normals[adjacency.pairs[:, 1]]  # (e, 3)
     along = mesh.vertices_mm[adjacency.edges[:, 1]] - mesh.vertices_mm[adjacency.edges[:, 0]]  # (e, 3)
     length = np.linalg.norm(along, axis=1)
-    sine = np.einsum("ij,ij->i", np.cross(left, right), along) / np.where(length > 0, length, 1.0)
+    sine = np.einsum("ij,ij->i", np.cross(left, right), along / np.where(length > 0, length, 1.0)[:, None])
     return np.asarray(np.arctan2(sine, np.einsum("ij,ij->i", left, right)))
 
 

@@ -13,28 +13,28 @@ OUTLIER_LIMIT = 1.5
 FACES_A_CHUNK = 4096
 
 
-def shape_diameters_mm(mesh: Mesh, rays: int, cone_angle_rad: float) -> FloatArray:
+def shape_diameters_mm(mesh: Mesh, rays: int, cone_angle_rad: float, faces: IntArray | None = None) -> FloatArray:
     """Mean length of the rays into a cone about the inward normal at each face's centre, outliers left out, (m,).
 
-    Rays count when they hit a face from inside. NaN where none does (and for faces without area). `cone_angle_rad` is the
-    full angle of the cone, less than π.
+    Rays count when they hit a face from inside. NaN where none does, for faces without area and for those not among
+    `faces`. `cone_angle_rad` is the full angle of the cone, less than π.
     """
     scene = RayScene(mesh.vertices_mm, mesh.faces)
     normals = face_normals(mesh)
-    centres = face_centres_mm(mesh)
-    axes = np.stack((*_tangents(mesh, normals), -normals), axis=1).astype(np.float32)  # (m, 3, 3)
+    chosen = np.flatnonzero(normals.any(axis=1)) if faces is None else faces[normals[faces].any(axis=1)]
+    centres = face_centres_mm(mesh)[chosen]
+    order = morton_order(centres)
+    chosen, centres, normals = chosen[order], centres[order], normals[chosen[order]]
+    axes = np.stack((*_tangents(mesh, chosen, normals), -normals), axis=1).astype(np.float32)  # (k, 3, 3)
     origins = scene.centred(centres - normals * ORIGIN_OFFSET * diagonal_mm(mesh))
     pattern = cone_directions(rays, cone_angle_rad).astype(np.float32)
     values = np.full(len(mesh.faces), np.nan)
-    order = morton_order(centres)
 
     def trace(part: slice) -> None:
-        chosen = order[part]
-        values[chosen] = _trace(scene, origins[chosen], pattern @ axes[chosen])
+        values[chosen[part]] = _trace(scene, origins[part], pattern @ axes[part])
 
     with thread_pool() as pool:
-        list(pool.map(trace, chunks(len(order), FACES_A_CHUNK)))
-    values[~normals.any(axis=1)] = np.nan
+        list(pool.map(trace, chunks(len(chosen), FACES_A_CHUNK)))
     return values
 
 
@@ -65,12 +65,11 @@ def filled(values: FloatArray, pairs: IntArray) -> FloatArray:
     return np.nan_to_num(result, nan=0.0)
 
 
-def _tangents(mesh: Mesh, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two unit tangents of each face, (m, 3) each, that turn with the mesh: the first along the face's first side."""
-    a, b, _ = np.moveaxis(mesh.triangles_mm, 1, 0)
-    side = b - a
-    length = np.linalg.norm(side, axis=1, keepdims=True)
-    first = np.divide(side, length, out=np.zeros_like(side), where=length > 0)
+def _tangents(mesh: Mesh, faces: IntArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two unit tangents of each of the faces, (k, 3) each, that turn with the mesh: the first along the face's first side."""
+    corners = mesh.faces[faces]
+    side = mesh.vertices_mm[corners[:, 1]] - mesh.vertices_mm[corners[:, 0]]
+    first = side / np.linalg.norm(side, axis=1, keepdims=True)
     return first, np.cross(normals, first)
 
 
