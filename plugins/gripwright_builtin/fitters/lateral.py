@@ -12,7 +12,9 @@ _BINS = 360  # about the axis; a multiple of three
 _TURN = 2.0 * np.pi
 FACET_MAX_RAD = float(np.radians(40.0))
 """A wider flat, seen from the axis, is no facet of a tessellated cylinder: nine sides are round, eight are not."""
-_TILT_MAX = 0.6  # of a lateral face's normal along the axis; noise tilts it, an end face has 1
+TILT_MAX = 0.7
+"""Largest part of a lateral face's normal along the axis; noise tilts it, an end face has 1."""
+_TILT_EXACT = 0.02
 _OUTWARDS_MIN = 0.5
 
 
@@ -65,7 +67,8 @@ def lateral_surface(faces: FaceSet, fit: CylinderFit, sign: float, tolerance_mm:
     radial = fit.radial_mm(faces.centres_mm)
     outwards = (faces.normals * radial).sum(axis=1) / np.maximum(np.linalg.norm(radial, axis=1), 1e-300)
     on = (distances <= tolerance_mm).all(axis=1) & (distances >= -deep).all(axis=1)
-    on &= (outwards * sign > _OUTWARDS_MIN) & (np.abs(faces.normals @ fit.axis) < _TILT_MAX)
+    tilt = np.abs(faces.normals @ fit.axis)
+    on = upright(on & (outwards * sign > _OUTWARDS_MIN) & (tilt < TILT_MAX), tilt, faces.areas_mm2)
     starts, widths = _angles(faces.triangles_mm[on], fit)
     narrow = widths <= max(1.5 * facet_rad, np.radians(6.0))
     on[np.flatnonzero(on)[~narrow]] = False
@@ -87,6 +90,20 @@ def lateral_surface(faces: FaceSet, fit: CylinderFit, sign: float, tolerance_mm:
         filled=float(covered.mean()),
         three_finger=float(thirds.min(axis=0).max()),
     )
+
+
+def upright(chosen: BoolArray, tilt: FloatArray, areas_mm2: FloatArray) -> BoolArray:
+    """The chosen faces that tilt no more than noise explains: half of their area says how much that is."""
+    if not chosen.any():
+        return chosen
+    return np.asarray(chosen & (tilt <= 3.0 * weighted_median(tilt[chosen], areas_mm2[chosen]) + _TILT_EXACT))
+
+
+def weighted_median(values: FloatArray, weights: FloatArray) -> float:
+    """The value below which half of the weight lies."""
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    return float(values[order[np.searchsorted(total, total[-1] / 2.0)]])
 
 
 def angles_about(points_mm: FloatArray, fit: CylinderFit) -> FloatArray:

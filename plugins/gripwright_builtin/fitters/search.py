@@ -6,10 +6,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
-from gripwright.geometry.consensus import SurfaceSamples, propose_cylinders, sample_surface, smoothed, support_mm2
+from gripwright.geometry.consensus import LARGEST_RADIUS, SurfaceSamples, propose_cylinders, sample_surface, smoothed, support_mm2
 from gripwright.geometry.measures import face_areas_mm2, face_normals
 from gripwright.geometry.surfaces import CylinderFit, corner_vertices, cylinder_from_curvature, fit_cylinder
-from gripwright_builtin.fitters.lateral import FACET_MAX_RAD, FaceSet, Lateral, angles_about, facet_width_rad, lateral_surface
+from gripwright_builtin.fitters.lateral import (
+    FACET_MAX_RAD,
+    TILT_MAX,
+    FaceSet,
+    Lateral,
+    angles_about,
+    facet_width_rad,
+    lateral_surface,
+    upright,
+    weighted_median,
+)
 
 _SAMPLES = 700
 _POINTS = 20000
@@ -21,8 +31,10 @@ _FAR = 0.02  # of the segment's size: surface farther from a cylinder does not s
 _FAR_OF_RADIUS = 0.1
 _EXACT = 1e-6  # of the segment's size: rounding of CAD files
 _CLEAN = 1e-3  # of the radius: deviation below which the surface carries no noise
-_TILT_MAX = 0.7  # of a face's normal along the axis, noise included
-_TILT_EXACT = 0.02
+_CLEAN_SHARE = 0.1  # of the drawn area that must be so for the segment to count as clean
+_ONE_WAY = 0.75  # cosine between a part's mean direction and its normals
+_SLICES = 12  # along the axis
+_ASTRAY = 3.5  # standard errors of a slice's mean
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,6 +72,7 @@ class _Fitted:
     fit: CylinderFit
     sign: float
     facet_rad: float
+    area_mm2: float
     score: float
 
 
@@ -72,7 +85,8 @@ def find_cylinders(mesh: Mesh, ids: IntArray, rng: np.random.Generator) -> list[
         return []
     drawn = _drawn(whole, np.unique(samples.faces))
     fitted = list(_fitted(drawn, samples, origin, rng))
-    if not any(f.fit.rms_mm < _CLEAN * f.fit.radius_mm for f in fitted):
+    enough = _CLEAN_SHARE * float(drawn.faces.areas_mm2.sum())
+    if not any(f.fit.rms_mm < _CLEAN * min(f.fit.radius_mm, whole.size_mm) and f.area_mm2 > enough for f in fitted):
         fitted += list(_fitted(drawn, smoothed(samples), origin, rng))
         fitted += list(_bent(drawn))
     found: list[FoundCylinder] = []
@@ -127,12 +141,25 @@ def _fitted(surface: _Surface, samples: SurfaceSamples, origin: FloatArray, rng:
 
 
 def _bent(surface: _Surface) -> Iterator[_Fitted]:
-    """The cylinder that osculates the whole surface: what is left to try where noise hides the normals of a short arc."""
-    bent = cylinder_from_curvature(surface.faces.centres_mm)
-    if bent is not None:
+    """Cylinders that osculate the parts that face one way: what is left to try where noise hides the normals of short arcs."""
+    faces = surface.faces
+    remaining = faces.areas_mm2.copy()
+    for _ in range(_TRIES):
+        mean = remaining @ faces.normals if remaining.any() else np.zeros(3)
+        if not np.linalg.norm(mean) > 0.1 * remaining.sum():
+            mean = faces.normals[int(np.argmax(remaining))]
+        for _ in range(3):  # towards the middle of the part
+            part = faces.normals @ (mean / max(float(np.linalg.norm(mean)), 1e-300)) > _ONE_WAY
+            mean = (remaining * part) @ faces.normals
+        if part.sum() < 6 or not remaining[part].sum() > 0:
+            return
+        bent = cylinder_from_curvature(faces.centres_mm[part])
+        remaining[part] = 0.0
+        if bent is None:
+            continue
         start = _start(*bent)
-        outwards = (surface.faces.normals * start.radial_mm(surface.faces.centres_mm)).sum(axis=1)
-        fitted = _refined(surface, start, 1.0 if surface.faces.areas_mm2 @ outwards > 0 else -1.0)
+        outwards = (faces.normals[part] * start.radial_mm(faces.centres_mm[part])).sum(axis=1)
+        fitted = _refined(surface, start, 1.0 if faces.areas_mm2[part] @ outwards > 0 else -1.0)
         if fitted is not None:
             yield fitted
 
@@ -148,16 +175,19 @@ def _refined(surface: _Surface, start: CylinderFit, sign: float) -> _Fitted | No
         near = _following(surface.faces, fit, sign, band)
         points, weights = surface.points(near)
         trimmed = _trimmed(points, weights, fit, surface.size_mm)
-        if trimmed is None:
+        if trimmed is None or trimmed[0].radius_mm > LARGEST_RADIUS * surface.size_mm:
             return None
         fit, kept = trimmed
         band = _tolerance_mm(fit)
+    levelled = _levelled(points[kept], fit, sign)
+    fit = fit if levelled is None else levelled
     distances = np.abs(fit.distances_mm(surface.faces.triangles_mm[near].reshape(-1, 3))).reshape(-1, 3).max(axis=1)
     digits = np.log(_FAR * surface.size_mm / np.maximum(distances, 10.0 * _EXACT * surface.size_mm))
     return _Fitted(
         fit=fit,
         sign=sign,
         facet_rad=facet_width_rad(angles_about(points[kept], fit)),
+        area_mm2=float(surface.faces.areas_mm2[near].sum()),
         score=float(surface.faces.areas_mm2[near] @ np.maximum(digits, 0.0)),
     )
 
@@ -195,10 +225,8 @@ def _following(faces: FaceSet, fit: CylinderFit, sign: float, band_mm: float) ->
     outwards = (faces.normals * radial).sum(axis=1) / distance * sign
     depth = fit.radius_mm - distance
     tilt = np.abs(faces.normals @ fit.axis)
-    near = (outwards > 0.5) & (depth >= -band_mm) & (depth <= band_mm + _CHORD * fit.radius_mm) & (tilt < _TILT_MAX)
-    if near.any():
-        near &= tilt <= 3.0 * _weighted_median(tilt[near], faces.areas_mm2[near]) + _TILT_EXACT
-    return np.asarray(near)
+    near = (outwards > 0.5) & (depth >= -band_mm) & (depth <= band_mm + _CHORD * fit.radius_mm) & (tilt < TILT_MAX)
+    return upright(near, tilt, faces.areas_mm2)
 
 
 def _trimmed(points: FloatArray, weights: FloatArray, start: CylinderFit, size_mm: float) -> tuple[CylinderFit, BoolArray] | None:
@@ -211,7 +239,7 @@ def _trimmed(points: FloatArray, weights: FloatArray, start: CylinderFit, size_m
             return None
         fit = better
         distance = np.abs(fit.distances_mm(points))
-        limit = max(3.5 * 1.4826 * _weighted_median(distance[kept], weights[kept]), _EXACT * size_mm)
+        limit = max(3.5 * 1.4826 * weighted_median(distance[kept], weights[kept]), _EXACT * size_mm)
         now = distance <= limit
         if (now == kept).all():
             break
@@ -219,7 +247,24 @@ def _trimmed(points: FloatArray, weights: FloatArray, start: CylinderFit, size_m
     return fit, kept
 
 
-def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
-    order = np.argsort(values)
-    total = np.cumsum(weights[order])
-    return float(values[order[np.searchsorted(total, total[-1] / 2.0)]])
+def _levelled(points: FloatArray, fit: CylinderFit, sign: float) -> CylinderFit | None:
+    """The fit without the slices at either end that recede from it: fillets that hide in the noise. None where none do."""
+    along = (points - fit.point_mm) @ fit.axis
+    low, length = float(along.min()), float(np.ptp(along))
+    slices = np.minimum(((along - low) / max(length, 1e-300) * _SLICES).astype(np.int64), _SLICES - 1)
+    count = np.bincount(slices, minlength=_SLICES)
+    level: CylinderFit | None = None
+    for _ in range(3):
+        distances = (level or fit).distances_mm(points) * sign
+        mean = np.bincount(slices, distances, _SLICES) / np.maximum(count, 1)
+        error = (level or fit).rms_mm / np.sqrt(np.maximum(count, 1))
+        straight = (mean > -_ASTRAY * error) & (count > 0)
+        if not straight.any():
+            return level
+        first, last = int(np.argmax(straight)), _SLICES - 1 - int(np.argmax(straight[::-1]))
+        middle = (slices >= first) & (slices <= last)
+        if middle.all() or middle.sum() < len(points) // 3:
+            return level
+        now = level or fit
+        level = fit_cylinder(points[middle], now.point_mm, now.axis, now.radius_mm) or level
+    return level

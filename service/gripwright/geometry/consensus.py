@@ -16,7 +16,7 @@ _BAND_OF_RADIUS = 0.08
 _NORMAL_COSINE = 0.75  # between a sample's normal and the radial direction
 _TILT = 0.35  # of a sample's normal along the axis
 _NEIGHBOURS = 24
-_LARGEST_RADIUS = 30.0  # of the samples' size
+LARGEST_RADIUS = 5.0  # of the samples' size: less than 12° of arc cannot be told from a plane
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -128,7 +128,7 @@ def _circles(samples: SurfaceSamples, pairs: IntArray, axes: FloatArray) -> Cyli
     p1, p2 = flat(p[:, 0]), flat(p[:, 1])
     radii = np.divide(((p1 - p2) * turn).sum(axis=1), square, out=np.zeros(len(square)), where=square > 1e-6)
     size = samples.size_mm
-    good = (np.abs(radii) > 1e-6 * size) & (np.abs(radii) < _LARGEST_RADIUS * size)
+    good = (np.abs(radii) > 1e-6 * size) & (np.abs(radii) < LARGEST_RADIUS * size)
     centres = ((p1 - radii[:, None] * n1) + (p2 - radii[:, None] * n2)) / 2.0
     return CylinderHypotheses(points_mm=centres[good], axes=axes[good], radii_mm=np.abs(radii[good]), signs=np.sign(radii[good]))
 

@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+
+from gripwright.design.stages.rules import requirements
+from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, INTERNAL, PARALLEL_2
+from gripwright.domain.shape import Box, Cylinder
+from gripwright.plugin_api import Params
+from gripwright_builtin.rules.box import TwoFingerBox
+from gripwright_builtin.rules.cylinder import ThreeFingerBore, ThreeFingerCylinder
+
+OUTSIDE, BORE, ACROSS = ThreeFingerCylinder(Params()), ThreeFingerBore(Params()), TwoFingerBox(Params())
+
+
+def cylinder(internal: bool = False) -> Cylinder:
+    return Cylinder(
+        center_C=np.zeros(3),
+        axis_C=np.array([0.0, 0.6, 0.8]),
+        radius_mm=12.5,
+        height_mm=10.0,
+        internal=internal,
+        arc_rad=2.0 * np.pi,
+        rms_mm=0.0,
+        surface_filled=True,
+    )
+
+
+def box(filled: list[float]) -> Box:
+    return Box(X_CB=np.eye(4), extents_mm=np.array([10.0, 20.0, 30.0]), filled=np.array(filled), filled_min=0.1, rms_mm=0.0)
+
+
+def test_a_cylinder_asks_for_three_fingers_at_its_diameter_along_its_axis() -> None:
+    found = requirements(cylinder(), [OUTSIDE, BORE, ACROSS])
+
+    assert not isinstance(found, Rejection)
+    [requirement] = found
+    assert (requirement.gripper_type, requirement.grip, requirement.opening_width_mm) == (CENTRIC_3, EXTERNAL, 25.0)
+    assert np.array_equal(np.sort(requirement.approach_C @ cylinder().axis_C), [-1.0, 1.0])
+    assert requirement.grip_axes_C.shape == (0, 3)
+
+
+def test_a_bore_has_no_type_from_outside_and_three_fingers_from_inside() -> None:
+    outside = requirements(cylinder(internal=True), [OUTSIDE, ACROSS])
+    inside = requirements(cylinder(internal=True), [OUTSIDE, BORE, ACROSS])
+
+    assert isinstance(outside, Rejection)
+    assert outside.code == "no-type"
+    assert "bore" in outside.detail
+    assert not isinstance(inside, Rejection)
+    assert [(r.grip, r.opening_width_mm, r.rule) for r in inside] == [(INTERNAL, 25.0, "three_finger_bore")]
+
+
+def test_a_box_is_held_across_each_pair_of_filled_faces_the_fullest_first() -> None:
+    found = requirements(box([0.3, 0.9, 0.0, 1.0, 0.8, 0.8]), [OUTSIDE, ACROSS])
+
+    assert not isinstance(found, Rejection)
+    assert [r.opening_width_mm for r in found] == [30.0, 10.0]
+    assert all(r.gripper_type == PARALLEL_2 and r.approach_C.shape == (0, 3) for r in found)
+    assert np.array_equal(np.concatenate([r.grip_axes_C for r in found]), [[0, 0, 1], [1, 0, 0]])
+
+
+def test_of_equally_filled_pairs_the_narrower_comes_first() -> None:
+    found = requirements(box([1.0] * 6), [ACROSS])
+
+    assert not isinstance(found, Rejection)
+    assert [r.opening_width_mm for r in found] == [10.0, 20.0, 30.0]
+
+
+@pytest.mark.parametrize(("fraction", "held"), [(0.1, True), (0.0999, False)])
+def test_the_least_filled_fraction_is_a_closed_bound(fraction: float, held: bool) -> None:
+    found = requirements(box([fraction, fraction, 0, 0, 0, 0]), [ACROSS])
+
+    assert isinstance(found, Rejection) is not held
+
+
+def test_a_box_of_empty_faces_says_how_empty() -> None:
+    found = requirements(box([0.05, 1.0, 0, 0, 0, 0]), [ACROSS])
+
+    assert isinstance(found, Rejection)
+    assert found.detail == "no pair of opposite box faces is filled: the best to 5.0 %, at least 10.0 % needed"
+
+
+def test_a_primitive_that_no_rule_accepts_has_no_type() -> None:
+    found = requirements(cylinder(), [ACROSS])
+
+    assert found == Rejection("no-type", "no rule accepts a cylinder")
