@@ -52,6 +52,8 @@ def judge_segment(
     misses: list[Miss] = []
     planned = 0
     for requirement in requirements:
+        if free and requirement.primitive is not requirements[0].primitive:
+            break  # another primitive of the segment is asked only where the first cannot be held
         hand = toolbox.hands[requirement.gripper_type]
         check = HandCheck(scene, hand)
         for planner in toolbox.planners[requirement.gripper_type]:
@@ -107,6 +109,9 @@ class _Judge:
         seated = seat(grasp, self._surface, hand)
         if isinstance(seated, Rejection):
             return Miss(stage=5, code=seated.code, detail=seated.detail)
+        touched = forbidden_touch(seated, self._regions, hand, tips)
+        if touched is not None:
+            return Miss(stage=5, code=touched.code, detail=touched.detail)
         widths = self._envelopes(seated.gripper_type, seated.opening_width_mm)
         if len(widths) == 0:
             detail = f"no actuator at hand holds {seated.gripper_type} at {seated.opening_width_mm:.2f} mm"
