@@ -32,6 +32,7 @@ def test_an_actuator_is_added_replaced_and_deleted(client, problem):
     assert client.delete(url).status_code == 204
     problem(client.get(url), 404)
     problem(client.delete(url), 404)
+    problem(client.put(url, json=FIGURES, headers={"If-Match": "*"}), 412)
 
 
 @pytest.mark.parametrize(
@@ -78,6 +79,8 @@ def test_the_service_says_how_it_fares(client):
     assert metrics.headers["content-type"].startswith("text/plain")
     assert 'gripwright_jobs{status="queued"}' in metrics.text
     assert 'route="/health/live",status="200"' in metrics.text
+    client.get("/api/v1/products/none")
+    assert 'route="/products/{product_id}",status="404"' in client.get("/metrics").text
 
 
 def test_the_page_loads_nothing_from_elsewhere(client, problem):
@@ -98,6 +101,13 @@ def test_the_page_loads_nothing_from_elsewhere(client, problem):
 )
 def test_the_frameworks_own_errors_are_problems_too(client, problem, method, path, status):
     problem(client.request(method, path), status)
+
+
+def test_a_method_that_is_not_allowed_is_answered_with_those_that_are(client, problem):
+    answer = client.patch("/api/v1/actuators/SMC/MHF2-12D2")
+
+    problem(answer, 405)
+    assert answer.headers["Allow"] == "DELETE, GET, PUT"
 
 
 def test_a_body_beyond_the_limit_is_refused(client, problem):

@@ -1,6 +1,7 @@
 """`gripwright demo`: the sample product through the real service, as an integrator's program would do it."""
 
 import contextlib
+import itertools
 import json
 import shutil
 import signal
@@ -96,19 +97,26 @@ def _request_design(client: httpx.Client, product_id: str) -> dict[str, Any]:
 
 
 def _show_progress(client: httpx.Client, job_id: str, console: Console) -> None:
-    """Follow the job's events until it has ended."""
+    """Follow the job until it has ended: with a bar on a terminal, else with a line a stage."""
+    if not console.is_terminal:
+        for stage, states in itertools.groupby(_job_states(client, job_id), key=lambda state: state["progress"]["stage"]):
+            console.print(f"{next(states)['progress']['fraction']:4.0%} {stage or 'queued'}")
+        return
     columns = (TextColumn("{task.description:<32}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
-    with (
-        Progress(*columns, console=console) as progress,
-        client.stream("GET", f"/api/v1/jobs/{job_id}/events", timeout=None) as stream,
-    ):
+    with Progress(*columns, console=console) as progress:
         task = progress.add_task("queued", total=1.0)
+        for state in _job_states(client, job_id):
+            done = state["progress"]
+            description = " ".join(filter(None, (done["stage"], done["message"]))) or state["status"]
+            progress.update(task, completed=done["fraction"], description=description[:32])
+
+
+def _job_states(client: httpx.Client, job_id: str) -> Iterator[dict[str, Any]]:
+    """The states of a job as its events tell them."""
+    with client.stream("GET", f"/api/v1/jobs/{job_id}/events", timeout=None) as stream:
         for line in stream.iter_lines():
             if line.startswith("data:"):
-                state = json.loads(line.removeprefix("data:"))
-                done = state["progress"]
-                description = " ".join(filter(None, (done["stage"], done["message"]))) or state["status"]
-                progress.update(task, completed=done["fraction"], description=description[:32])
+                yield json.loads(line.removeprefix("data:"))
 
 
 def _show_result(client: httpx.Client, design: dict[str, Any], address: str, console: Console) -> None:

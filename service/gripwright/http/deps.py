@@ -19,6 +19,8 @@ def service_state(request: Request) -> State:
     return cast(State, request.app.state.service)
 
 
+_LISTING_S = 60.0
+
 Service = Annotated[State, Depends(service_state)]
 
 
@@ -48,7 +50,8 @@ Artifacts = Annotated[ArtifactStore, Depends(artifact_store)]
 
 
 def installed_plugins(service: Service) -> RegistryDescription:
-    """What is installed; NotReady until the first listing is there."""
+    """What is installed. Right after the start a request waits for the listing; NotReady where it takes too long or failed."""
+    service.wait_for_plugins(_LISTING_S)
     if service.plugins is None:
         raise NotReady(service.plugins_problem or "the plug-ins are still being listed; try again in a moment")
     return service.plugins

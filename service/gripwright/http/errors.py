@@ -10,6 +10,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from sqlalchemy.exc import IntegrityError
 from starlette.exceptions import HTTPException
+from starlette.routing import compile_path
 
 from gripwright.domain.errors import Fault, GripwrightError
 
@@ -88,7 +89,9 @@ def register_error_handlers(app: FastAPI) -> None:
 
 def _domain_problem(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, GripwrightError)
-    return problem(STATUS_OF_CODE.get(error.code, 500), error.code, error.detail, faults=error.faults)
+    status = STATUS_OF_CODE.get(error.code, 500)
+    headers = {"Retry-After": "5"} if status == 503 else None
+    return problem(status, error.code, error.detail, faults=error.faults, headers=headers)
 
 
 def _validation_problem(request: Request, error: Exception) -> JSONResponse:
@@ -115,11 +118,26 @@ def _message(entry: Mapping[str, Any]) -> str:
 def _framework_problem(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     code = HTTPStatus(error.status_code).phrase.lower().replace(" ", "-")
+    headers = dict(error.headers or {})
+    if error.status_code == 405:
+        headers["Allow"] = ", ".join(_methods(request)) or headers.get("Allow", "")
     if error.status_code in (404, 405):
         detail = f"there is no {request.method} {request.url.path}"
     else:
         detail = str(error.detail)
-    return problem(error.status_code, code, detail, headers=error.headers)
+    return problem(error.status_code, code, detail, headers=headers)
+
+
+def _methods(request: Request) -> list[str]:
+    """What the documented path that was asked for allows; the framework names the methods of one of its routes only."""
+    return sorted(
+        {
+            method.upper()
+            for template, operations in request.app.openapi()["paths"].items()
+            if compile_path(template)[0].match(request.url.path)
+            for method in operations
+        }
+    )
 
 
 def _integrity_problem(request: Request, error: Exception) -> JSONResponse:

@@ -34,4 +34,6 @@ def _document(app: FastAPI) -> dict[str, Any]:
         for operation in path.values():
             if "422" in operation["responses"]:
                 operation["responses"]["422"] = problems(422)[422]
+            if "requestBody" in operation:
+                operation["responses"] |= {str(status): answer for status, answer in problems(400, 413, 415).items()}
     return document

@@ -10,6 +10,9 @@ from gripwright.http.errors import PreconditionFailed, PreconditionRequired
 IfMatch = Annotated[str | None, Header(alias="If-Match", description="the ETag that the change is meant for")]
 IfNoneMatch = Annotated[str | None, Header(alias="If-None-Match", description="an ETag that the caller has already")]
 
+ABSENT = ""
+"""The tag of what is not there: no `If-Match` matches it, not even `*`."""
+
 _TAG = re.compile(r'(?:W/)?("[^"]*")')
 
 
@@ -27,8 +30,10 @@ def require_match(if_match: str | None, tag: str) -> None:
 
 def check_match(if_match: str | None, tag: str) -> None:
     """PreconditionFailed where the caller names another version than the present one."""
-    if if_match is not None and not _names(if_match, tag, weak=False):
-        raise PreconditionFailed(f"If-Match says {if_match}, the present version is {tag}")
+    if if_match is None:
+        return
+    if tag == ABSENT or not _names(if_match, tag, weak=False):
+        raise PreconditionFailed(f"If-Match says {if_match}, the present version is {tag or 'none'}")
 
 
 def is_known(if_none_match: str | None, tag: str) -> bool:

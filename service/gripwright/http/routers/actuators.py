@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Response, status
 
 from gripwright.http.deps import Now, ReadSession, WriteSession
-from gripwright.http.preconditions import IfMatch, check_match, version_tag
+from gripwright.http.preconditions import ABSENT, IfMatch, check_match, version_tag
 from gripwright.http.schemas.actuators import ActuatorFigures, ActuatorList, ActuatorView
 from gripwright.http.schemas.problem import problems
 from gripwright.store.actuators import ActuatorRepository
@@ -46,8 +46,8 @@ def put_actuator(
 ) -> ActuatorView:
     """Add an actuator, or replace its figures. Designs keep the catalogue as it stood when they were requested."""
     actuators = ActuatorRepository(session)
-    if if_match is not None:
-        check_match(if_match, version_tag(actuators.get(maker, model).version))
+    present = actuators.find(maker, model)
+    check_match(if_match, ABSENT if present is None else version_tag(present.version))
     row, is_new = actuators.put(body.actuator(maker, model), now)
     response.status_code = status.HTTP_201_CREATED if is_new else status.HTTP_200_OK
     response.headers["ETag"] = version_tag(row.version)
