@@ -2,11 +2,11 @@ import os
 
 import pytest
 from fake_calculation import STAGES_AT
-from plugin_factory import ALL_KINDS, FAKE_OPTIONS, install
 
 from gripwright.design.plan import plan_of
 from gripwright.jobs.child import Limits
 from gripwright.jobs.steps import Workshop
+from plugin_factory import ALL_KINDS, FAKE_OPTIONS, install
 
 
 @pytest.fixture

@@ -2,10 +2,12 @@
 
 import dataclasses
 import logging
+import multiprocessing
 import os
 
 from fake_calculation import STAGES_AT, design
 
+from gripwright.jobs.child import preload
 from gripwright.jobs.steps import Workshop
 from gripwright.jobs.worker import work
 from gripwright.jobs.workflow import DesignOffice
@@ -15,6 +17,8 @@ from gripwright.store.jobs import open_design_jobs
 
 def main():
     logging.basicConfig(level=logging.INFO)
+    multiprocessing.get_context("forkserver").set_forkserver_preload(["fake_preload"])  # lighter than the real one
+    preload()
     settings = load_settings()
     workshop = dataclasses.replace(Workshop.of(settings), stages_at=STAGES_AT)
     work(DesignOffice(jobs=open_design_jobs(settings), workshop=workshop, pipeline=design), settings)

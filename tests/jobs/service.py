@@ -1,5 +1,6 @@
 """A service without HTTP: a database, requests for designs, and real worker processes."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -7,7 +8,6 @@ import time
 from pathlib import Path
 
 from fake_calculation import executed
-from plugin_factory import FAKE_OPTIONS
 
 from gripwright.design.records import dumps
 from gripwright.domain.assembly import AssemblyTask
@@ -17,10 +17,12 @@ from gripwright.store.columns import new_id, utc_now
 from gripwright.store.designs import DesignRepository, JobRepository
 from gripwright.store.engines import Database
 from gripwright.store.models import Base, DesignRow, JobEventRow, JobRow, ProductRow
+from plugin_factory import FAKE_OPTIONS
 
 
 class Service:
     def __init__(self, settings: Settings, log: str):
+        self._environment = dict(os.environ)
         settings.data_dir.mkdir(parents=True, exist_ok=True)
         self.settings, self.log = settings, log
         self.database = Database(settings.resolved_database_url)
@@ -47,7 +49,7 @@ class Service:
         return design.id
 
     def start_worker(self):
-        worker = subprocess.Popen([sys.executable, "-c", "import fake_worker; fake_worker.main()"])
+        worker = subprocess.Popen([sys.executable, "-c", "import fake_worker; fake_worker.main()"], env=self._environment)
         self.workers.append(worker)
         return worker
 

@@ -1,3 +1,4 @@
+import os
 import time
 
 import pytest
@@ -5,29 +6,51 @@ from fake_calculation import executed
 from service import Service
 
 from gripwright.settings import Settings
+from plugin_factory import ALL_KINDS, install
+
+
+def make_service(folder, monkeypatch):
+    site = folder / "site"
+    site.mkdir()
+    install(site, "gripwright-fakes", ALL_KINDS)
+    here = os.path.dirname(__file__)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(site), here, os.path.dirname(here)]))
+    monkeypatch.setenv("FAKE_LOG", str(folder / "steps.log"))
+    monkeypatch.setenv("GRIPWRIGHT_DATA", str(folder / "data"))
+    monkeypatch.setenv("GRIPWRIGHT_PLUGINS_ALLOW", '["gripwright-fakes"]')
+    return Service(Settings(), str(folder / "steps.log"))
 
 
 @pytest.fixture
-def service(tmp_path, plugins, log, monkeypatch):
-    monkeypatch.setenv("GRIPWRIGHT_DATA", str(tmp_path / "data"))
-    monkeypatch.setenv("GRIPWRIGHT_PLUGINS_ALLOW", f'["{plugins}"]')
-    service = Service(Settings(), log)
+def service(tmp_path, monkeypatch):
+    """A service without a worker."""
+    service = make_service(tmp_path, monkeypatch)
     yield service
     service.stop()
 
 
-def test_a_design_runs_to_its_end_with_its_files_and_events(service):
-    service.start_worker()
-    design_id = service.request_design("a b c")
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    """A service whose one worker must survive all tests of this module."""
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        service = make_service(tmp_path_factory.mktemp("served"), monkeypatch)
+        worker = service.start_worker()
+    service.wait(service.request_design("warm-up"))
+    yield service
+    assert worker.poll() is None
+    service.stop()
 
-    job = service.wait(design_id)
+
+def test_a_design_runs_to_its_end_with_its_files_and_events(served):
+    design_id = served.request_design("a1 b1 c1")
+
+    job = served.wait(design_id)
 
     assert job.status == "succeeded", job.problem
-    design = service.design(design_id)
-    assert design.outcome == "complete"
-    fractions = [event.data["fraction"] for event in service.events(design_id) if event.kind == "progress"]
+    assert served.design(design_id).outcome == "complete"
+    fractions = [event.data["progress"]["fraction"] for event in served.events(design_id)]
     assert fractions == sorted(fractions)
-    assert fractions
+    assert fractions[-1] == 1.0
 
 
 def test_a_worker_killed_in_any_stage_loses_nothing_and_repeats_no_finished_step(service):
@@ -65,59 +88,75 @@ def test_another_worker_takes_over_what_a_dead_one_left(service):
 
 
 @pytest.mark.parametrize(("act", "words"), [("segfault", "SIGSEGV"), ("memory", "MB"), ("raise", "ZeroDivisionError")])
-def test_a_step_that_breaks_fails_its_design_and_no_other(service, act, words):
-    worker = service.start_worker()
-    broken, sound = service.request_design(f"a b:{act}"), service.request_design("x y")
+def test_a_step_that_breaks_fails_its_design_and_no_other(served, act, words):
+    broken, sound = served.request_design(f"{act}-a {act}-b:{act}"), served.request_design(f"{act}-x {act}-y")
 
-    assert service.wait(broken).status == "failed"
-    assert service.wait(sound).status == "succeeded"
+    assert served.wait(broken).status == "failed"
+    assert served.wait(sound).status == "succeeded"
 
-    problem = service.job(broken).problem
+    problem = served.job(broken).problem
     assert words in problem["detail"]
     assert problem["stage"] == "first"
     assert "Traceback" not in str(problem)
-    assert worker.poll() is None
 
 
-def test_a_running_design_is_cancelled_within_a_second(service):
-    service.start_worker()
-    design_id = service.request_design("a b:hang")
-    service.wait_for_step("begin:b")
+def test_a_running_design_is_cancelled_within_a_second(served):
+    design_id = served.request_design("a2 b2:hang")
+    served.wait_for_step("begin:b2")
 
-    service.change(design_id, "cancel")
+    served.change(design_id, "cancel")
     start = time.monotonic()
-    job = service.wait(design_id)
+    job = served.wait(design_id)
 
     assert job.status == "cancelled"
     assert time.monotonic() - start < 1.0
-    assert "end:b" not in executed(service.log)
+    assert "end:b2" not in executed(served.log)
 
 
-def test_a_retry_continues_from_the_failed_step(service):
-    service.start_worker()
-    design_id = service.request_design("a b:wait")
-    service.wait_for_step("begin:b")
-    service.change(design_id, "cancel")
-    service.wait(design_id)
-    service.let_go("b")
+def test_a_retry_continues_from_the_failed_step(served):
+    design_id = served.request_design("a3 b3:once")
+    assert served.wait(design_id).status == "failed"
 
-    service.change(design_id, "retry")
-    job = service.wait(design_id)
+    served.change(design_id, "retry")
+    job = served.wait(design_id)
 
     assert (job.status, job.attempt) == ("succeeded", 2)
-    assert executed(service.log).count("begin:a") == 1
-    assert executed(service.log).count("begin:b") == 2
+    assert executed(served.log).count("begin:a3") == 1
+    assert executed(served.log).count("begin:b3") == 2
 
 
-def test_progress_is_visible_within_a_second_of_starting(service):
-    service.start_worker()
-    service.wait(service.request_design("warm-up"))
-    design_id = service.request_design("a:wait")
+def test_a_design_of_stored_steps_alone_runs_none(served):
+    served.wait(served.request_design("a4 b4"))
+    before = executed(served.log)
 
-    service.wait(design_id, status=("running",))
     start = time.monotonic()
-    service.wait_for(lambda: service.job(design_id).stage)
+    job = served.wait(served.request_design("a4 b4"))
+
+    assert job.status == "succeeded"
+    assert executed(served.log) == before
+    assert time.monotonic() - start < 2.0
+
+
+def test_progress_is_visible_within_a_second_of_starting(served):
+    design_id = served.request_design("a5:wait")
+
+    served.wait(design_id, status=("running",))
+    start = time.monotonic()
+    served.wait_for(lambda: served.job(design_id).stage)
 
     assert time.monotonic() - start < 1.0
-    service.let_go("a")
-    service.wait(design_id)
+    served.let_go("a5")
+    served.wait(design_id)
+
+
+def test_a_queued_design_waits_for_a_worker_and_no_longer(service):
+    design_id = service.request_design("a")
+    assert service.job(design_id).status == "queued"
+
+    service.change(design_id, "cancel")
+    service.start_worker()
+    other = service.request_design("b")
+
+    assert service.wait(other).status == "succeeded"
+    assert service.job(design_id).status == "cancelled"
+    assert executed(service.log).count("begin:a") == 0

@@ -1,10 +1,9 @@
-import os
 import threading
 import time
 
+import psutil
 import pytest
 from fake_calculation import executed
-from plugin_factory import FAKE_OPTIONS
 
 from gripwright.design.plan import plan_of
 from gripwright.domain.errors import Cancelled, InvalidPlan, PluginFailure
@@ -12,6 +11,7 @@ from gripwright.jobs.child import Limits, Refused
 from gripwright.jobs.engine import StepFailure
 from gripwright.jobs.local import LocalRunner
 from gripwright.jobs.steps import Workshop
+from plugin_factory import FAKE_OPTIONS
 
 
 def test_results_come_in_order_and_feed_later_stages(workshop, plan, log):
@@ -138,7 +138,7 @@ def test_what_a_step_started_ends_with_it(workshop, plan, log):
 
     pid = next(int(line.removeprefix("pid:")) for line in executed(log) if line.startswith("pid:"))
     time.sleep(0.2)
-    assert not os.path.exists(f"/proc/{pid}") or "Z" in open(f"/proc/{pid}/stat").read().split()[2]
+    assert not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
 
 
 def test_the_first_failure_stops_the_other_steps(workshop, plan, log):

@@ -16,7 +16,6 @@ from gripwright.domain.errors import Fault, InvalidInput
 from gripwright.domain.shape import Mesh
 from gripwright.jobs.steps import ANALYSIS_STAGES_AT
 from gripwright.settings import load_settings
-from gripwright.store.files import write_atomically
 
 
 def analyse(
@@ -35,9 +34,9 @@ def analyse(
         analysis = _analysis(shape, runner_of(load_settings(), options or [], show, ANALYSIS_STAGES_AT))
     labels = analysis.pop("labels")
     if labels_file is not None:
-        write_atomically(labels_file, "".join(f"{label}\n" for label in labels).encode())
+        _write(labels_file, "".join(f"{label}\n" for label in labels))
     if json_file is not None:
-        write_atomically(json_file, json.dumps(analysis, indent=1).encode())
+        _write(json_file, json.dumps(analysis, indent=1))
     for segment in analysis["segments"]:
         kind = segment["primitive"]["kind"] if segment["primitive"] is not None else "no primitive"
         typer.echo(f"segment {segment['id']}: {segment['faces']} faces, {segment['area']:.1f} mm², {kind}: {segment['reason']}")
@@ -56,6 +55,13 @@ def _read(path: Path, units: str | None) -> Mesh:
         raise InvalidInput("the component cannot be read", faults=(Fault(str(path), error.strerror or str(error)),)) from None
     with CadReader(DEFAULT_LIMITS) as reader:
         return reader.mesh(path.name, data, format, units)
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InvalidInput("the answer cannot be written", faults=(Fault(str(path), error.strerror or str(error)),)) from None
 
 
 def _analysis(mesh: Mesh, runner: Runner) -> dict[str, Any]:

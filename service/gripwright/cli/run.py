@@ -1,4 +1,4 @@
-"""What the commands that compute have in common: progress on standard error, an end that leaves no child behind."""
+"""What the commands that compute have in common: progress, and an end that leaves no child behind."""
 
 import signal
 from collections.abc import Iterator, Sequence
@@ -18,10 +18,13 @@ from gripwright.settings import Settings
 
 @contextmanager
 def shown_progress() -> Iterator[OnProgress]:
-    """Where to report: a bar on a terminal, a line a stage elsewhere. SIGTERM ends the command as Ctrl-C does."""
+    """Where to report: a bar on a terminal, else a line a stage. SIGTERM ends the command as Ctrl-C does.
+
+    Standard error stays free for what is wrong with the input.
+    """
     signal.signal(signal.SIGTERM, _interrupt)
     preload()
-    console = Console(stderr=True)
+    console = Console()
     if not console.is_terminal:
         yield _Lines(console)
         return

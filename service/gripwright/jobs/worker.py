@@ -48,7 +48,6 @@ def work(office: DesignOffice, settings: Settings) -> None:
     """Run the designs of an office until the process is told to end."""
     stop = threading.Event()
     _on_end(stop.set)
-    preload()
     slots = Slots(settings.data_dir / "workers")
     slot = slots.take()
     engine = DbosEngine(office, database_url=jobs_database_url(settings), executor=slot.executor)

@@ -1,0 +1,130 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import psutil
+import pytest
+
+from gripwright.cli.design import write_folder
+from gripwright.cli.options import options_of
+from gripwright.domain.errors import InvalidPlan
+
+FILES = {"design.json": b"{}", "grippers/G1/finger.stl": b"solid"}
+
+
+def run(*arguments, **environment):
+    return subprocess.run(
+        [sys.executable, "-m", "gripwright.cli", *arguments],
+        capture_output=True,
+        text=True,
+        env={**os.environ, **environment},
+        timeout=120,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "option"),
+    [
+        ("margin=0.2", {"margin": 0.2}),
+        ("segmenter=sdf", {"segmenter": "sdf"}),
+        ("fitters=cylinder,box", {"fitters": ["cylinder", "box"]}),
+        ('fitters=["box"]', {"fitters": ["box"]}),
+        ("fitters=box", {"fitters": ["box"]}),
+        ("actuators=paper", {"actuators": "paper"}),
+        ("actuators=SMC/MHSL3-32D (as in paper),SMC/MHF2-12D2", {"actuators": ["SMC/MHSL3-32D (as in paper)", "SMC/MHF2-12D2"]}),
+        ("sdf.rays=20", {"sdf.rays": 20}),
+        ("sdf.name=a=b", {"sdf.name": "a=b"}),
+    ],
+)
+def test_values_are_json_where_they_can_be_and_text_or_lists_else(text, option):
+    assert options_of([text]) == option
+
+
+def test_what_is_no_pair_is_refused_together():
+    with pytest.raises(InvalidPlan) as refused:
+        options_of(["margin", "seed=1", "rays"])
+
+    assert len(refused.value.faults) == 2
+
+
+def test_a_design_folder_replaces_an_earlier_one_and_leaves_nothing_beside_it(tmp_path):
+    write_folder(tmp_path / "out", {**FILES, "old.txt": b""})
+
+    write_folder(tmp_path / "out", FILES)
+
+    found = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
+    assert found == {"out/design.json", "out/grippers/G1/finger.stl"}
+
+
+def test_a_design_folder_is_written_whole_or_not_at_all(tmp_path):
+    with pytest.raises(TypeError):
+        write_folder(tmp_path / "out", {**FILES, "broken": None})
+
+    assert not list(tmp_path.iterdir())
+
+
+def test_help_answers_without_importing_the_calculation():
+    start = time.process_time()
+    code = "import sys; import gripwright.cli; print([m for m in ('numpy', 'fastapi', 'dbos', 'trimesh') if m in sys.modules])"
+
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+
+    assert answer.stdout.strip() == "[]"
+    assert time.process_time() - start < 1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "lines"),
+    [
+        (["design", "no-such-package", "--out", "out"], 1),
+        (["design", "no-such-package", "--out", "out", "--set", "margin", "--set", "seed"], 1),
+        (["minimise", "no-such-file.json"], 1),
+        (["analyse", "no-such-mesh.stl", "--units", "mm"], 1),
+        (["analyse", "mesh.doc"], 1),
+    ],
+)
+def test_refused_input_is_exit_code_1_and_a_line_a_fault(tmp_path, arguments, lines):
+    answer = run(*arguments, GRIPWRIGHT_DATA=str(tmp_path))
+
+    assert answer.returncode == 1
+    assert len(answer.stderr.splitlines()) == lines
+    assert ": " in answer.stderr
+
+
+def test_a_folder_that_is_no_design_is_not_overwritten(tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.tex").write_text("years of work")
+
+    answer = run("design", "no-such-package", "--out", str(tmp_path / "out"), GRIPWRIGHT_DATA=str(tmp_path))
+
+    assert answer.returncode == 1
+    assert "--out" in answer.stderr
+    assert (tmp_path / "out" / "thesis.tex").exists()
+
+
+def test_constraints_with_faults_name_each_place(tmp_path):
+    document = {"strokes": {"parallel-2": -1}, "components": [{"id": "", "alternatives": []}]}
+    (tmp_path / "c.json").write_text(json.dumps(document))
+
+    answer = run("minimise", str(tmp_path / "c.json"))
+
+    assert answer.returncode == 1
+    assert {line.split(":")[0] for line in answer.stderr.splitlines()} == {"/strokes/parallel-2", "/components/0/id"}
+
+
+def test_sigterm_ends_a_command_and_its_children(tmp_path):
+    (tmp_path / "mesh.stl").write_text("solid x\nendsolid x\n")
+    command = [sys.executable, "-m", "gripwright.cli", "analyse", str(tmp_path / "mesh.stl"), "--units", "mm"]
+    process = subprocess.Popen(command, env={**os.environ, "GRIPWRIGHT_DATA": str(tmp_path)}, stdout=subprocess.PIPE)
+    process.stdout.readline()  # the first progress: from now on it has children
+    children = psutil.Process(process.pid).children(recursive=True)
+
+    process.send_signal(signal.SIGTERM)
+
+    assert process.wait(timeout=30) in (1, 130)
+    _, alive = psutil.wait_procs(children, timeout=10)
+    assert not alive
