@@ -138,12 +138,15 @@ def chosen(candidates: Candidates, which: IntArray | BoolArray) -> Candidates:
 def _windows(demands: Demands, members: IntArray, *, widest_only: bool) -> Iterator[tuple[IntArray, float]]:
     """For each critical reach of one class, the alternatives (sorted by reach) that a gripper of that reach may hold."""
     low, high = demands.reach_min_mm[members], demands.reach_max_mm[members]
-    last = np.flatnonzero(np.diff(low, append=np.inf) > SLACK).tolist()  # the last of each group of equal reach
-    for end, following in zip(last, [*last[1:], None], strict=False):
-        within = high[: end + 1] >= low[end] - SLACK
-        if widest_only and following is not None and (high[: end + 1][within] >= low[following] - SLACK).all():
+    last = np.flatnonzero(np.diff(low, append=np.inf) > SLACK)  # the last of each group of equal reach
+    first = np.searchsorted(np.maximum.accumulate(high), low[last] - SLACK)  # all before it end too early
+    following = np.append(low[last[1:]], np.inf)
+    for start, end, beyond in zip(first.tolist(), last.tolist(), following.tolist(), strict=True):
+        ends = high[start : end + 1]
+        within = ends >= low[end] - SLACK
+        if widest_only and beyond < np.inf and (ends[within] >= beyond - SLACK).all():
             continue  # the next window holds all of this one
-        yield members[: end + 1][within], float(low[end])
+        yield members[start : end + 1][within], float(low[end])
 
 
 def _lengths(

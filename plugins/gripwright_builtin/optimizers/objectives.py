@@ -1,70 +1,84 @@
 """Objectives one after another, each under the optimum of those before it."""
 
 import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse
 
 from gripwright.domain.shape import FloatArray, IntArray
 from gripwright_builtin.optimizers.program import IntegerProgram, Outcome, Solver
-from gripwright_builtin.optimizers.reduction import affordable, prices, reduce_cover
+from gripwright_builtin.optimizers.reduction import affordable, prices, undominated
 
 PROVEN = "proven"
+
+_ROWS_FIRST = 60  # components that a program begins with
+_ROWS_MORE = 30  # components added at a time
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Model:
+    """The covering problem under all limits so far; the first variables stand for `columns`."""
+
+    program: IntegerProgram
+    columns: IntArray  # candidates
+    changes: FloatArray  # its sum over the variables is the number of changes plus one
+    unheld: FloatArray  # its sum over the variables is minus the number of alternatives held
 
 
 class LexicographicCover:
     """Chooses candidates so that each component is covered, by one objective after another.
 
     After each objective, `chosen` is optimal in it among the choices that are optimal in all before; where the time did
-    not suffice for that, `detail` says how far it may be off. Each objective is solved on what dominance leaves, and
-    leaves to the next ones only candidates that may be in an optimum.
+    not suffice for that, `detail` says how far it may be off. Each is solved on the candidates that dominance leaves and
+    on few components; those that the optimum does not cover are added until it covers all: then it is the optimum. It
+    leaves to the next objectives only candidates that may be in an optimum.
     """
 
     def __init__(self, covers: scipy.sparse.csr_array, holds: scipy.sparse.csr_array, solver: Solver, deadline_s: float) -> None:
         """`covers` is (candidates, components), `holds` (candidates, alternatives); `deadline_s` of `time.monotonic`."""
         self._covers = covers
+        self._by_component = covers.tocsc()
         self._holds = holds
         self._solver: Solver = solver
         self._deadline_s = deadline_s
         self._alive: IntArray = np.arange(covers.shape[0])
+        self._hardest_first: IntArray = np.argsort(np.diff(self._by_component.indptr), kind="stable")
+        self._rows: IntArray = self._hardest_first[:_ROWS_FIRST]
         self._limits: list[tuple[FloatArray, float]] = []
         self._most_changes: float | None = None
         self._least_held: float | None = None
         self.bound = -np.inf  # of the last sum, by its relaxation
         self.prices: FloatArray = np.zeros(covers.shape[1])  # (components,) dual prices that prove it
+        self._limit_prices: FloatArray = np.zeros(0)  # (limits,) those of the limits
         self.chosen: IntArray | None = None
         self.detail: dict[str, str] = {}  # objective → "proven", or what is known
 
-    def limit(self, figures: FloatArray, most: float) -> None:
-        """Allow only choices whose sum of a figure (candidates,) is at most `most`."""
-        self._limits.append((figures, most))
-
-    def limit_priced(self, figures: FloatArray, most: float, prices_: FloatArray, bound: float) -> None:
+    def limit(self, figures: FloatArray, most: float, prices: FloatArray, bound: float) -> None:
         """Allow only choices whose sum is at most `most`, given component prices that prove the bound of that sum."""
-        self.limit(figures, most)
-        reduced = figures - self._covers @ prices_
+        self._limits.append((figures, most))
+        reduced = figures - self._covers @ prices
         self._alive = self._alive[affordable(reduced[self._alive], bound, most)]
 
     def least_sum(self, name: str, figures: FloatArray) -> float | None:
         """Least sum of a figure (candidates,) over the chosen ones."""
-        columns, rows = self._reduced(self._alive, figures)
-        program, _, _ = self._program(columns, rows)
-        value = self._settle(name, columns, program, figures[columns])
-        if value is not None:
-            self._discard(columns, rows, figures, value)
-            self.limit(figures, value)
-        return value
+        model, outcome = self._solve(self._alive, lambda model: figures[model.columns], [figures])
+        self._price(model.columns, figures)
+        if self._note(name, outcome, self.bound) and outcome.values is not None:
+            self._discard(figures, outcome.objective)
+            self._limits.append((figures, outcome.objective))
+            return outcome.objective
+        return None
 
-    def least_maximum(self, name: str, figures: FloatArray) -> float | None:
+    def least_maximum(self, name: str, figures: FloatArray) -> None:
         """Least of the largest figure (candidates,) among the chosen ones."""
-        covers = self._covers[self._alive].tocsc()
         values = figures[self._alive]
-        least = max(float(values[covers.indices[a:b]].min()) for a, b in zip(covers.indptr[:-1], covers.indptr[1:], strict=True))
-        levels = np.unique(values[values >= least])
+        levels = np.unique(values[values >= self._least_level(values)])
         low, high, proven = 0, len(levels) - 1, True
         trial = 0  # the least level is often enough
         while low < high:
-            outcome = self._within(self._alive[values <= levels[trial]])
+            _, outcome = self._solve(self._alive[values <= levels[trial]], lambda model: np.zeros(len(model.columns)))
             proven = proven and outcome.proven
             if outcome.values is None:
                 low = trial + 1
@@ -73,41 +87,50 @@ class LexicographicCover:
             trial = (low + high) // 2
         self._alive = self._alive[values <= levels[high]]
         self.detail[name] = PROVEN if proven else f"{levels[high]:.6g} reached in the time"
-        return float(levels[high])
 
-    def fewest_changes(self, name: str) -> float | None:
+    def fewest_changes(self, name: str) -> None:
         """Fewest changes from one chosen candidate to another along the sequence of the components."""
+        self._rows = np.arange(self._covers.shape[1])
         self._most_changes = float(self._covers.shape[1])
-        columns, rows = self._reduced(self._alive)
-        program, changes, _ = self._program(columns, rows)
-        self._most_changes = self._settle(name, columns, program, changes)
-        return self._most_changes
+        model, outcome = self._solve(self._alive, lambda model: model.changes)
+        bound = model.program.relaxation(model.changes) if not outcome.proven else 0.0
+        self._most_changes = outcome.objective if self._note(name, outcome, bound) else None
 
-    def most_held(self, name: str) -> float | None:
+    def most_held(self, name: str) -> None:
         """Most alternatives held by the chosen ones."""
         self._least_held = 0.0
-        columns, rows = self._reduced(self._alive)
-        program, _, unheld = self._program(columns, rows)
-        value = self._settle(name, columns, program, unheld)
-        self._least_held = None if value is None else -value
-        return self._least_held
+        model, outcome = self._solve(self._alive, lambda model: model.unheld)
+        bound = model.program.relaxation(model.unheld) if not outcome.proven else 0.0
+        self._least_held = -outcome.objective if self._note(name, outcome, bound) else None
 
-    def _reduced(self, among: IntArray, figures: FloatArray | None = None) -> tuple[IntArray, IntArray]:
-        """Candidates and components that this objective needs."""
-        table = (self._holds if self._least_held is not None else self._covers)[among].toarray() > 0
-        every = [*(figure for figure, _ in self._limits), *([] if figures is None else [figures])]
-        weighed = np.stack([figure[among] for figure in every], axis=1) if every else np.zeros((len(among), 0))
-        plain = self._most_changes is None and self._least_held is None
-        columns, rows = reduce_cover(table, weighed, keep_rows=not plain)
-        return among[columns], rows if plain else np.arange(self._covers.shape[1])
+    def _solve(
+        self, among: IntArray, objective: Callable[[_Model], FloatArray], figures: Sequence[FloatArray] = ()
+    ) -> tuple[_Model, Outcome]:
+        """The best choice among these candidates that keeps all limits."""
+        while True:
+            model = self._model(among, figures)
+            outcome = model.program.minimise(objective(model), self._solver, self._deadline_s - time.monotonic())
+            if outcome.values is None:
+                return model, outcome
+            chosen = model.columns[outcome.values[: len(model.columns)] > 0.5]
+            missing = np.asarray(self._covers[chosen].sum(axis=0)) == 0
+            if not missing.any():
+                self.chosen = chosen
+                return model, outcome
+            if not outcome.proven:
+                return model, Outcome(values=None, objective=np.inf, proven=False)
+            more = self._hardest_first[missing[self._hardest_first]][:_ROWS_MORE]
+            self._rows = np.concatenate([self._rows, more])
 
-    def _program(self, columns: IntArray, rows: IntArray) -> tuple[IntegerProgram, FloatArray, FloatArray]:
-        """The covering problem under all limits so far, and what counts the changes and (negative) the alternatives held."""
+    def _model(self, among: IntArray, figures: Sequence[FloatArray]) -> _Model:
+        table = self._covers[among][:, self._rows] if self._least_held is None else self._holds[among]
+        weighed = [figure[among] for figure in (*(figure for figure, _ in self._limits), *figures)] or [np.zeros(len(among))]
+        columns = among[undominated(table.toarray() > 0, np.stack(weighed, axis=1))]
         program = IntegerProgram()
         program.add_variables(len(columns), integer=True)
-        program.add_rows(scipy.sparse.csr_array(self._covers[columns][:, rows].T), lower=1.0)
-        for figures, most in self._limits:
-            program.keep(figures[columns], most)
+        program.add_rows(scipy.sparse.csr_array(self._covers[columns][:, self._rows].T), lower=1.0)
+        for figure, most in self._limits:
+            program.keep(figure[columns], most)
         changes, unheld = np.zeros(0), np.zeros(0)
         if self._most_changes is not None:
             changes = _count_changes(program, self._covers[columns])
@@ -115,43 +138,33 @@ class LexicographicCover:
         if self._least_held is not None:
             unheld = _count_held(program, self._holds[columns])
             program.keep(unheld, -self._least_held)
-        return program, changes, unheld
+        return _Model(program=program, columns=columns, changes=changes, unheld=unheld)
 
-    def _within(self, among: IntArray) -> Outcome:
-        """Any choice among these candidates that keeps all limits."""
-        columns, rows = self._reduced(among)
-        if len(rows) and not self._covers[columns][:, rows].sum(axis=0).all():
-            return Outcome(values=None, objective=np.inf, proven=True)
-        program, _, _ = self._program(columns, rows)
-        outcome = program.minimise(np.zeros(len(columns)), self._solver, self._deadline_s - time.monotonic())
-        if outcome.values is not None:
-            self.chosen = columns[outcome.values[: len(columns)] > 0.5]
-        return outcome
+    def _least_level(self, values: FloatArray) -> float:
+        """The largest over the components of the least value (alive candidates,) that covers it."""
+        covers = self._covers[self._alive].tocsc()
+        spans = zip(covers.indptr[:-1].tolist(), covers.indptr[1:].tolist(), strict=True)
+        return max(float(values[covers.indices[start:end]].min()) for start, end in spans)
 
-    def _settle(self, name: str, columns: IntArray, program: IntegerProgram, objective: FloatArray) -> float | None:
-        outcome = program.minimise(objective, self._solver, self._deadline_s - time.monotonic())
+    def _note(self, name: str, outcome: Outcome, bound: float) -> bool:
+        """Write down what is known of an objective; whether a choice was found."""
         if outcome.values is None:
-            self.detail[name] = "not reached in the time"
-            return None
-        self.chosen = columns[outcome.values[: len(columns)] > 0.5]
-        if outcome.proven:
-            self.detail[name] = PROVEN
-        else:
-            bound = program.relaxation(objective)
-            self.detail[name] = f"{outcome.objective:.6g} reached in the time, at least {bound:.6g} by relaxation"
-        return outcome.objective
+            self.detail[name] = f"not reached in the time, at least {bound:.6g} by relaxation"
+            return False
+        self.detail[name] = PROVEN if outcome.proven else f"{outcome.objective:.6g} reached in the time, at least {bound:.6g}"
+        return True
 
-    def _discard(self, columns: IntArray, rows: IntArray, figures: FloatArray, optimum: float) -> None:
-        """Leave to the next objectives the candidates that an optimum of this one may contain."""
+    def _price(self, columns: IntArray, figures: FloatArray) -> None:
+        """Bound of a sum by its relaxation, and the prices that prove it."""
         limits = [(figure[columns], most) for figure, most in self._limits]
-        found = prices(self._covers[columns][:, rows], figures[columns], limits)
-        if found is None:
-            return
-        self.bound, row_prices, limit_prices = found
+        found = prices(self._covers[columns][:, self._rows], figures[columns], limits)
         self.prices = np.zeros(self._covers.shape[1])
-        self.prices[rows] = row_prices
+        self.bound, self.prices[self._rows], self._limit_prices = found
+
+    def _discard(self, figures: FloatArray, optimum: float) -> None:
+        """Leave to the next objectives the candidates that an optimum of this one may contain."""
         reduced = figures - self._covers @ self.prices
-        for (figure, _), price in zip(self._limits, limit_prices.tolist(), strict=True):
+        for (figure, _), price in zip(self._limits, self._limit_prices.tolist(), strict=True):
             reduced = reduced - price * figure
         self._alive = self._alive[affordable(reduced[self._alive], self.bound, optimum)]
 

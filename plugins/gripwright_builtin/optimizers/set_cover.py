@@ -13,6 +13,7 @@ from gripwright.plugin_api import Params, RunContext
 from gripwright_builtin.optimizers.candidates import Candidates, Demands, candidates_of, demands_of
 from gripwright_builtin.optimizers.objectives import PROVEN, LexicographicCover
 from gripwright_builtin.optimizers.program import Solver
+from gripwright_builtin.optimizers.reduction import greedy_cover
 
 COUNT = "grippers"
 
@@ -47,13 +48,13 @@ class SetCoverOptimizer:
             return GripperSet(grippers=(), lower_bound=0, proven=True, candidates=0, uncoverable=uncoverable)
         ctx.progress(0.1, "fewest grippers")
         fewest = self._cover(widest, coverable, deadline_s)
-        count = fewest.least_sum(COUNT, widest.new)
-        if count is None or fewest.chosen is None:
-            raise RuntimeError("the solver found no cover in the time, though one exists")
+        if fewest.least_sum(COUNT, widest.new) is None or fewest.chosen is None:
+            fewest.chosen = greedy_cover(widest.covers[:, coverable])
+        count = float(widest.new[fewest.chosen].sum())
         ctx.progress(0.5, "best of the smallest sets")
         candidates = candidates_of(problem, demands)
         cover = self._cover(candidates, coverable, deadline_s)
-        cover.limit_priced(candidates.new, count, fewest.prices, fewest.bound)
+        cover.limit(candidates.new, count, fewest.prices, fewest.bound)
         _prefer(cover, candidates, in_sequence=problem.in_sequence)
         if cover.chosen is None:
             candidates, cover.chosen = widest, fewest.chosen
