@@ -16,7 +16,7 @@ from gripwright.domain.grasp import EXTERNAL
 from gripwright.domain.gripper import BOUND_TOLERANCE_MM as SLACK
 from gripwright.domain.gripper import GripperParameters
 from gripwright.domain.gripper_set import GripperClass, GripperSetProblem
-from gripwright.domain.shape import BoolArray, FloatArray, IntArray
+from gripwright.domain.shape import FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,11 +82,29 @@ def demands_of(problem: GripperSetProblem) -> Demands:
     )
 
 
-def candidates_of(problem: GripperSetProblem, demands: Demands, *, widest_only: bool = False) -> Candidates:
+def candidates_at_most(demands: Demands) -> int:
+    """An upper bound on the number of candidates: for each critical reach, the alternatives that it may hold."""
+    total = 0
+    for index in np.unique(demands.class_of[demands.class_of >= 0]):
+        members = demands.class_of == index
+        low, high = np.sort(demands.reach_min_mm[members]), np.sort(demands.reach_max_mm[members])
+        reaches = np.unique(low)
+        total += int((np.searchsorted(low, reaches, side="right") - np.searchsorted(high, reaches - SLACK)).sum())
+    return total
+
+
+def candidates_of(
+    problem: GripperSetProblem,
+    demands: Demands,
+    *,
+    widest_only: bool = False,
+    ranges: frozenset[tuple[str, float]] | None = None,
+) -> Candidates:
     """Every critical reach with every critical finger length, and the owned grippers.
 
     With `widest_only` the candidates that another one of the same class outdoes in what it holds are left out, whatever
-    their reach and finger length: enough for the fewest grippers.
+    their reach and finger length: enough for the fewest grippers. With `ranges`, pairs of class and largest opening, there
+    are no other opening ranges.
     """
     parameters: list[GripperParameters] = []
     figures: list[tuple[float, float, float, float, float]] = []  # new, reach, length, off step, cost
@@ -99,6 +117,8 @@ def candidates_of(problem: GripperSetProblem, demands: Demands, *, widest_only: 
         members = np.flatnonzero(demands.class_of == index)
         members = members[np.argsort(demands.reach_min_mm[members], kind="stable")]
         for window, reach in _windows(demands, members, widest_only=widest_only):
+            if ranges is not None and (key, _parameters(key, kind, reach, 0.0).opening_max_mm) not in ranges:
+                continue
             for length, off_step in _lengths(problem, kind, demands, window, widest_only=widest_only):
                 parameters.append(_parameters(key, kind, reach, length))
                 figures.append((1.0, reach, length, float(off_step), kind.cost))
@@ -117,21 +137,6 @@ def candidates_of(problem: GripperSetProblem, demands: Demands, *, widest_only: 
         length_mm=length_mm,
         off_step=off_step_,
         cost=cost,
-    )
-
-
-def chosen(candidates: Candidates, which: IntArray | BoolArray) -> Candidates:
-    """The candidates of those indices, or of that mask."""
-    index = np.arange(len(candidates.new))[which]
-    return Candidates(
-        parameters=tuple(candidates.parameters[i] for i in index),
-        holds=candidates.holds[index],
-        covers=candidates.covers[index],
-        new=candidates.new[index],
-        reach_mm=candidates.reach_mm[index],
-        length_mm=candidates.length_mm[index],
-        off_step=candidates.off_step[index],
-        cost=candidates.cost[index],
     )
 
 

@@ -1,5 +1,6 @@
 """Objectives one after another, each under the optimum of those before it."""
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from gripwright_builtin.optimizers.reduction import affordable, prices, undomina
 PROVEN = "proven"
 
 _ROWS_FIRST = 60  # components that a program begins with
-_ROWS_MORE = 30  # components added at a time
+_ROWS_MORE = 0.4  # components added at a time, of those already there
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -119,7 +120,7 @@ class LexicographicCover:
                 return model, outcome
             if not outcome.proven:
                 return model, Outcome(values=None, objective=np.inf, proven=False)
-            more = self._hardest_first[missing[self._hardest_first]][:_ROWS_MORE]
+            more = self._hardest_first[missing[self._hardest_first]][: math.ceil(_ROWS_MORE * len(self._rows))]
             self._rows = np.concatenate([self._rows, more])
 
     def _model(self, among: IntArray, figures: Sequence[FloatArray]) -> _Model:

@@ -10,10 +10,11 @@ from pydantic import Field
 from gripwright.domain.gripper_set import ChosenGripper, GripperSet, GripperSetProblem
 from gripwright.domain.shape import IntArray
 from gripwright.plugin_api import Params, RunContext
-from gripwright_builtin.optimizers.candidates import Candidates, Demands, candidates_of, demands_of
+from gripwright_builtin.optimizers.candidates import Candidates, Demands, candidates_at_most, candidates_of, demands_of
 from gripwright_builtin.optimizers.objectives import PROVEN, LexicographicCover
 from gripwright_builtin.optimizers.program import Solver
 from gripwright_builtin.optimizers.reduction import greedy_cover
+from gripwright_builtin.optimizers.shortening import shortened
 
 COUNT = "grippers"
 
@@ -22,6 +23,9 @@ class SetCoverParams(Params):
     """Parameters of the set-cover optimiser."""
 
     solver: Solver = Field("cbc", description="'cbc' (PuLP) or 'highs' (SciPy)")
+    candidates_max: int = Field(
+        100_000, ge=0, le=1_000_000, description="with more candidates only the number of grippers is proven smallest"
+    )
     time_limit: float = Field(60.0, gt=0, le=3600, description="s, for all objectives together")
 
 
@@ -50,23 +54,44 @@ class SetCoverOptimizer:
         fewest = self._cover(widest, coverable, deadline_s)
         if fewest.least_sum(COUNT, widest.new) is None or fewest.chosen is None:
             fewest.chosen = greedy_cover(widest.covers[:, coverable])
-        count = float(widest.new[fewest.chosen].sum())
         ctx.progress(0.5, "best of the smallest sets")
+        candidates, chosen, detail = self._best(problem, demands, coverable, widest, fewest, deadline_s)
+        proven = fewest.detail[COUNT] == PROVEN
+        return GripperSet(
+            grippers=_grippers(problem, candidates, demands, chosen),
+            lower_bound=round(float(widest.new[fewest.chosen].sum())) if proven else math.ceil(fewest.bound - 1e-6),
+            proven=proven,
+            candidates=len(candidates.new),
+            uncoverable=uncoverable,
+            detail={**fewest.detail, **detail},
+        )
+
+    def _best(
+        self,
+        problem: GripperSetProblem,
+        demands: Demands,
+        coverable: IntArray,
+        widest: Candidates,
+        fewest: LexicographicCover,
+        deadline_s: float,
+    ) -> tuple[Candidates, IntArray, dict[str, str]]:
+        """The best of the smallest sets: candidates, which of them are chosen, and what is known of each objective."""
+        assert fewest.chosen is not None
+        count = float(widest.new[fewest.chosen].sum())
+        size = candidates_at_most(demands)
+        if size > self._params.candidates_max:
+            ranges = frozenset((p.gripper_type, p.opening_max_mm) for p in (widest.parameters[i] for i in fewest.chosen))
+            near = candidates_of(problem, demands, ranges=ranges)
+            same = [near.parameters.index(widest.parameters[i]) for i in fewest.chosen]
+            reason = f"shortened one by one, not proven: {size} candidates are more than {self._params.candidates_max}"
+            return near, shortened(near, np.array(same)), {"finger lengths": reason}
         candidates = candidates_of(problem, demands)
         cover = self._cover(candidates, coverable, deadline_s)
         cover.limit(candidates.new, count, fewest.prices, fewest.bound)
         _prefer(cover, candidates, in_sequence=problem.in_sequence)
         if cover.chosen is None:
-            candidates, cover.chosen = widest, fewest.chosen
-        proven = fewest.detail[COUNT] == PROVEN
-        return GripperSet(
-            grippers=_grippers(problem, candidates, demands, cover.chosen),
-            lower_bound=round(count) if proven else math.ceil(fewest.bound - 1e-6),
-            proven=proven,
-            candidates=len(candidates.new),
-            uncoverable=uncoverable,
-            detail={**fewest.detail, **cover.detail},
-        )
+            return widest, fewest.chosen, cover.detail
+        return candidates, cover.chosen, cover.detail
 
     def _cover(self, candidates: Candidates, coverable: IntArray, deadline_s: float) -> LexicographicCover:
         return LexicographicCover(candidates.covers[:, coverable], candidates.holds, self._params.solver, deadline_s)
