@@ -99,4 +99,5 @@ def test_events_arrive_while_the_job_runs(client, design_id, jobs):
 
 
 def test_a_bad_last_event_id_is_refused(client, design_id, problem):
-    problem(client.get(f"/api/v1/jobs/{design_id}/events", headers={"Last-Event-ID": "x"}), 422)
+    for last in ("x", "-1", str(2**63)):
+        problem(client.get(f"/api/v1/jobs/{design_id}/events", headers={"Last-Event-ID": last}), 422)

@@ -9,7 +9,6 @@ import uvicorn
 
 from gripwright.http.app import create_app
 from gripwright.jobs.supervisor import Supervisor
-from gripwright.jobs.worker import run_worker
 from gripwright.settings import Settings, load_settings
 from gripwright.store.engines import Database
 from gripwright.store.migrate import migrate as migrate_database
@@ -50,6 +49,8 @@ def serve(
 
 def worker() -> None:
     """A further worker process, until SIGTERM or Ctrl-C."""
+    from gripwright.jobs.worker import run_worker  # the job engine: `serve` never needs it
+
     _log_to_stderr()
     settings = load_settings()
     prepare_database(settings)

@@ -8,7 +8,7 @@ from typing import Any
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
-from sqlalchemy.exc import IntegrityError
+from sqlalchemy.exc import DataError, IntegrityError, OperationalError
 from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
@@ -84,6 +84,8 @@ def register_error_handlers(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, _validation_problem)
     app.add_exception_handler(HTTPException, _framework_problem)
     app.add_exception_handler(IntegrityError, _integrity_problem)
+    app.add_exception_handler(DataError, _data_problem)
+    app.add_exception_handler(OperationalError, _database_problem)
     app.add_exception_handler(Exception, _defect_problem)
 
 
@@ -142,6 +144,15 @@ def _methods(request: Request) -> list[str]:
 
 def _integrity_problem(request: Request, error: Exception) -> JSONResponse:
     return problem(409, "conflict", "another request wrote the same thing at the same time: read again, then repeat")
+
+
+def _data_problem(request: Request, error: Exception) -> JSONResponse:
+    return problem(422, "invalid-input", "the request holds a value that no database stores, such as a NUL character")
+
+
+def _database_problem(request: Request, error: Exception) -> JSONResponse:
+    _log.error("the database failed in %s %s", request.method, request.url.path, exc_info=error)
+    return problem(503, "not-ready", "the database does not answer in time", headers={"Retry-After": "5"})
 
 
 def _defect_problem(request: Request, error: Exception) -> JSONResponse:

@@ -3,7 +3,7 @@
 from datetime import datetime
 
 from sqlalchemy import func, select, tuple_
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, joinedload
 
 from gripwright.domain.errors import Conflict, NotFound
 from gripwright.store.events import queue_webhooks, record_event
@@ -77,7 +77,8 @@ class JobRepository:
 
     def page(self, *, after: Cursor | None, limit: int, status: str | None, product_id: str | None) -> list[JobRow]:
         """Up to `limit` jobs, the newest first, strictly after the cursor."""
-        query = select(JobRow).order_by(JobRow.created_at.desc(), JobRow.id.desc()).limit(limit)
+        query = select(JobRow).options(joinedload(JobRow.design).joinedload(DesignRow.product))
+        query = query.order_by(JobRow.created_at.desc(), JobRow.id.desc()).limit(limit)
         if status is not None:
             query = query.where(JobRow.status == status)
         if product_id is not None:

@@ -52,7 +52,7 @@ class ProductRow(Base):
     updated_at: Mapped[datetime]
 
     components: Mapped[list["ComponentRow"]] = relationship(
-        order_by="ComponentRow.position", cascade="all, delete-orphan", passive_deletes=True, lazy="selectin"
+        order_by="ComponentRow.position", cascade="all, delete-orphan", passive_deletes=True
     )
 
 

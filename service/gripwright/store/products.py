@@ -3,7 +3,7 @@
 from datetime import datetime
 
 from sqlalchemy import select, tuple_
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, selectinload
 
 from gripwright.domain.errors import NotFound
 from gripwright.store.models import ComponentRow, DesignRow, JobRow, ProductRow
@@ -43,7 +43,8 @@ class ProductRepository:
 
     def page(self, *, after: Cursor | None, limit: int, part_number: str | None) -> list[ProductRow]:
         """Up to `limit` products in order of (created_at, id), strictly after the cursor."""
-        query = select(ProductRow).order_by(ProductRow.created_at, ProductRow.id).limit(limit)
+        query = select(ProductRow).options(selectinload(ProductRow.components))
+        query = query.order_by(ProductRow.created_at, ProductRow.id).limit(limit)
         if part_number is not None:
             query = query.where(ProductRow.part_number == part_number)
         if after is not None:

@@ -84,7 +84,7 @@ def existing_job(job_id: str, session: ReadSession) -> str:
 async def follow_job_events(
     job: Annotated[str, Depends(existing_job, scope="function")],
     service: Service,
-    last_event_id: Annotated[int, Header(ge=0, description="go on after this event")] = 0,
+    last_event_id: Annotated[int, Header(ge=0, le=2**63 - 1, description="go on after this event")] = 0,
 ) -> AsyncIterator[ServerSentEvent]:
     """Server-Sent Events `status` and `progress` from the beginning, or after `Last-Event-ID`, until the job has ended."""
     async for event in follow_job(service.database, job, last_event_id):
