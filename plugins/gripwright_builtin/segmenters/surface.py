@@ -45,7 +45,7 @@ def sampled_faces(mesh: Mesh, count: int) -> IntArray:
         return np.arange(len(mesh.faces))
     order = morton_order(face_centres_mm(mesh))
     covered = np.cumsum(face_areas_mm2(mesh)[order])
-    step = np.floor(covered / covered[-1] * count)
+    step = np.minimum(np.floor(covered / covered[-1] * count), count - 1.0)
     return np.sort(order[np.diff(step, prepend=-1.0) > 0])
 
 

@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 from pydantic import Field
 
 from gripwright.domain.shape import Mesh
-from gripwright.geometry.measures import diagonal_mm
+from gripwright.geometry.measures import face_areas_mm2, face_centres_mm
 from gripwright.geometry.mesh_repair import Repair, repair, repaired
 from gripwright.geometry.refine import refine, refined_face_count
 from gripwright.plugin_api import Params, RunContext
@@ -18,7 +19,7 @@ EDGE_GROWTH = 1.25
 class PrepareSettings(Params):
     """How finely long triangles are divided."""
 
-    edge: float = Field(0.04, gt=0.0, le=1.0, description="Longest edge, as a fraction of the bounding box's diagonal.")
+    edge: float = Field(0.04, gt=0.0, le=1.0, description="Longest edge, as a fraction of the mesh's extent.")
     growth: float = Field(2.0, ge=1.0, description="Meshes grow at most by this factor …")
     faces: int = Field(20_000, ge=1, description="… or to this number of faces; else longer edges stay.")
 
@@ -46,11 +47,17 @@ def prepare(mesh: Mesh, settings: PrepareSettings, ctx: RunContext) -> Prepared:
 
 def edge_max_mm(mesh: Mesh, settings: PrepareSettings) -> float:
     """Longest edge that is left: the setting's, or longer where the mesh would grow too much."""
-    longest = settings.edge * diagonal_mm(mesh)
+    longest = settings.edge * _extent_mm(mesh)
     limit = max(settings.growth * len(mesh.faces), settings.faces)
     while refined_face_count(mesh, longest) > limit:
         longest *= EDGE_GROWTH
     return longest
+
+
+def _extent_mm(mesh: Mesh) -> float:
+    """Twice the largest distance from the surface's centroid: unlike a bounding box it does not turn with the pose."""
+    centroid = np.average(face_centres_mm(mesh), axis=0, weights=face_areas_mm2(mesh))
+    return 2.0 * float(np.linalg.norm(mesh.vertices_mm - centroid, axis=1).max())
 
 
 def _warnings(done: Repair) -> tuple[str, ...]:
