@@ -145,7 +145,7 @@ def _windows(demands: Demands, members: IntArray, *, widest_only: bool) -> Itera
     low, high = demands.reach_min_mm[members], demands.reach_max_mm[members]
     last = np.flatnonzero(np.diff(low, append=np.inf) > SLACK)  # the last of each group of equal reach
     first = np.searchsorted(np.maximum.accumulate(high), low[last] - SLACK)  # all before it end too early
-    following = np.append(low[last[1:]], np.inf)
+    following = np.append(low[last], np.inf)[1:]
     for start, end, beyond in zip(first.tolist(), last.tolist(), following.tolist(), strict=True):
         ends = high[start : end + 1]
         within = ends >= low[end] - SLACK
