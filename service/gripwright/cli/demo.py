@@ -25,11 +25,13 @@ from gripwright.samples import write_sample
 _SERVE = (sys.executable, "-m", "gripwright.cli", "serve", "--port", "0")
 _START_S = 60.0
 _DONE = ("complete", "incomplete")
+_COLUMNS = ("gripper", "quantity", "item", "make_or_buy", "maker", "part_number", "description")
+_WIDTH = 140  # of the table where no terminal says how wide it is
 
 
 def demo() -> None:
     """The sample product through the real service: its BOM here, its page in the browser. Stays up until Ctrl-C."""
-    console = Console()
+    console = Console(width=None if sys.stdout.isatty() else _WIDTH)
     with _service() as address, httpx.Client(base_url=address, timeout=_START_S) as client:
         console.print(f"the service is at {address}")
         product = _upload_sample(client)
@@ -122,10 +124,10 @@ def _job_states(client: httpx.Client, job_id: str) -> Iterator[dict[str, Any]]:
 def _show_result(client: httpx.Client, design: dict[str, Any], address: str, console: Console) -> None:
     items = _checked(client.get(f"/api/v1/designs/{design['id']}/bom")).json()["items"]
     table = Table(title=f"Bill of materials ({design['status']})")
-    for name in items[0] if items else ():
-        table.add_column(str(name))
+    for name in _COLUMNS:
+        table.add_column(name.replace("_", " "), no_wrap=name != "description")
     for item in items:
-        table.add_row(*("" if value is None else str(value) for value in item.values()))
+        table.add_row(*("" if item[name] is None else str(item[name]) for name in _COLUMNS))
     console.print(table)
     for operation in design["design"]["operations"]:
         if operation["status"] != "covered":
