@@ -98,7 +98,7 @@ def test_tips_of_vanes_leave_the_cylinder_empty_and_the_box_is_kept() -> None:
     analysis = analysis_of(vanes())
 
     assert isinstance(analysis.primitive, Box)
-    assert analysis.fits[0].get("surface_filled") is not True
+    assert not analysis.fits[0]["kept"]
 
 
 @pytest.mark.parametrize(("arc_deg", "filled"), [(20.0, False), (90.0, False), (180.0, False), (270.0, True), (360.0, True)])
@@ -139,7 +139,7 @@ def test_generated_surfaces_are_fitted_as_well_as_their_noise_allows() -> None:
             errors.append((off / case.radius_bound, axis / case.axis_bound_rad))
 
     assert all(exact[False])
-    assert np.mean(exact[True]) >= 0.9
+    assert np.mean(exact[True]) >= 0.8
     assert (np.median(errors, axis=0) < 1.0).all()
     assert (np.percentile(errors, 90, axis=0) < 3.0).all()
     assert told_apart >= 0.97 * cases

@@ -55,7 +55,9 @@ class View:
     low_mm: FloatArray  # of the lowest corner
     high_mm: FloatArray  # of the highest
     angle_rad: FloatArray  # 0..2π
-    radius_mm: FloatArray
+    radius_mm: FloatArray  # of the centre
+    inner_mm: FloatArray  # of the corner nearest to the axis
+    outer_mm: FloatArray  # of the farthest
     radial: FloatArray
     tangential: FloatArray
     axial: FloatArray
@@ -70,13 +72,16 @@ class View:
         x, y = v @ e1, v @ e2
         radius = np.maximum(np.hypot(x, y), 1e-300)
         nx, ny = faces.normals_C @ e1, faces.normals_C @ e2
-        corners = (faces.triangles_C - axis.point_C) @ axis.direction_C  # (m, 3)
+        corners = faces.triangles_C - axis.point_C  # (m, 3, 3)
+        heights, reach = corners @ axis.direction_C, np.hypot(corners @ e1, corners @ e2)  # (m, 3)
         return cls(
-            low_mm=corners.min(axis=1),
-            high_mm=corners.max(axis=1),
+            low_mm=heights.min(axis=1),
+            high_mm=heights.max(axis=1),
             along_mm=v @ axis.direction_C,
             angle_rad=np.mod(np.arctan2(y, x), 2.0 * np.pi),
             radius_mm=radius,
+            inner_mm=reach.min(axis=1),
+            outer_mm=reach.max(axis=1),
             radial=(nx * x + ny * y) / radius,
             tangential=(ny * x - nx * y) / radius,
             axial=faces.normals_C @ axis.direction_C,
@@ -149,9 +154,10 @@ def _same(a: Axis, b: Axis, size_mm: float) -> bool:
     return bool(abs(a.direction_C @ b.direction_C) > _SAME_DIRECTION and np.linalg.norm(apart) < _SAME_PLACE * size_mm)
 
 
-def runs(values: FloatArray, items: IntArray, gap: float) -> list[IntArray]:
-    """The items in groups between which their values leave a gap wider than `gap`."""
+def runs(lows: FloatArray, highs: FloatArray, items: IntArray, gap: float) -> list[IntArray]:
+    """The items in groups between which the union of their intervals leaves a gap wider than `gap`."""
     if not len(items):
         return []
-    order = items[np.argsort(values[items], kind="stable")]
-    return np.split(order, np.flatnonzero(np.diff(values[order]) > gap) + 1)
+    order = items[np.argsort(lows[items], kind="stable")]
+    reach = np.maximum.accumulate(highs[order])
+    return np.split(order, np.flatnonzero(lows[order][1:] - reach[:-1] > gap) + 1)

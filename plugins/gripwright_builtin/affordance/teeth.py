@@ -18,8 +18,8 @@ _FLANK_TANGENTIAL = 0.55  # least tangential part of a flank's normal: more than
 _FLANK_AXIAL_MAX = 0.6
 _BINS = 4096  # about the axis
 _GAP = 0.02  # of the largest radius: flanks farther apart belong to different rims
-_GAP_ALONG = 0.25  # of the flanks' extent along the axis
 _BACKWARDS_MAX = 0.1
+_FUNDAMENTAL = 0.5  # least coherence of the teeth's own step, as a share of its multiple's
 _SLICES = 4  # along it: helical teeth turn from one to the next
 
 
@@ -70,8 +70,8 @@ class TeethDetector:
         flank = (np.abs(view.tangential) > _FLANK_TANGENTIAL) & (np.abs(view.axial) < _FLANK_AXIAL_MAX)
         rims = [
             self._judged(axis, view, side, rim)
-            for ring in runs(view.radius_mm, np.flatnonzero(flank), _GAP * float(view.radius_mm.max()))
-            for rim in runs(view.along_mm, ring, _GAP_ALONG * float(np.ptp(view.along_mm[ring])))
+            for ring in runs(view.inner_mm, view.outer_mm, np.flatnonzero(flank), _GAP * float(view.radius_mm.max()))
+            for rim in runs(view.low_mm, view.high_mm, ring, _GAP * float(view.radius_mm.max()))
         ]
         return max((rim for rim in rims if rim is not None), key=lambda rim: rim.tip_radius_mm, default=None)
 
@@ -90,7 +90,8 @@ class TeethDetector:
         back = within & (view.radial * side < -_FLANK_TANGENTIAL)
         backwards = float(view.areas_mm2[back].sum()) / float(view.areas_mm2[rim].sum())
         if (
-            coherence < self._params.coherence_min
+            count < self._params.teeth_min
+            or coherence < self._params.coherence_min
             or depth < self._params.depth_min * pitch
             or backwards > _BACKWARDS_MAX
             or self._filled_steps(view, rim, count) < self._params.flanks_min
@@ -115,9 +116,13 @@ class TeethDetector:
         spectrum = np.zeros(_BINS // 2 + 1)
         for k in range(_SLICES):
             spectrum += np.abs(np.fft.rfft(np.bincount(cell[level == k], weight[level == k], _BINS)))
-        allowed = spectrum[self._params.teeth_min : self._params.teeth_max + 1]
-        best = int(np.argmax(allowed))
-        return best + self._params.teeth_min, float(allowed[best] / np.abs(weight).sum())
+        spectrum /= np.abs(weight).sum()
+        best = 2 + int(np.argmax(spectrum[2 : self._params.teeth_max + 1]))
+        # narrow teeth have stronger harmonics: the lowest number of steps of which the best is a multiple counts
+        for steps in range(2, best):
+            if best % steps == 0 and spectrum[steps] > _FUNDAMENTAL * spectrum[best]:
+                return steps, float(spectrum[steps])
+        return best, float(spectrum[best])
 
     def _filled_steps(self, view: View, rim: IntArray, count: int) -> float:
         """Share of the steps in which there are flanks of both senses."""

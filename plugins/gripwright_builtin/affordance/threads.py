@@ -9,7 +9,7 @@ from pydantic import Field
 
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
-from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Segment
+from gripwright.domain.shape import BoolArray, IntArray, Segment
 from gripwright.plugin_api import Params, RunContext
 from gripwright_builtin.affordance.axes import Axis, Faces, View, candidate_axes, runs
 
@@ -77,7 +77,7 @@ class ThreadDetector:
             return None
         threads = [
             self._judged(axis, view, side, ring, starts, wave)
-            for ring in runs(view.radius_mm, np.flatnonzero(flank), _GAP * float(view.radius_mm[flank].max()))
+            for ring in runs(view.inner_mm, view.outer_mm, np.flatnonzero(flank), _GAP * float(view.radius_mm[flank].max()))
             for starts, wave in _waves(view, ring)
         ]
         return max((t for t in threads if t is not None), key=lambda t: t.coherence * t.turns, default=None)
@@ -102,10 +102,11 @@ class ThreadDetector:
             return None
         coherence = abs((weight * np.exp(1j * phase))[inside].sum()) / np.abs(weight[inside]).sum()
         lead = starts * _TURN / wave
-        slope = -view.tangential[flank][inside] * view.radius_mm[flank][inside] / view.axial[flank][inside] * _TURN
         if coherence < self._params.coherence_min:
             return None
-        if abs(_weighted_median(slope, np.abs(weight[inside])) - lead) > self._params.lead_tolerance * abs(lead):
+        turning = view.areas_mm2[flank] * view.tangential[flank] * view.radius_mm[flank] * np.sign(view.axial[flank])
+        slope = -_TURN * float(turning[inside].sum() / np.abs(weight[inside]).sum())  # mm a turn, as the normals say
+        if abs(slope - lead) > self._params.lead_tolerance * abs(lead):
             return None
         flanks = flank[inside]
         low, high = np.percentile(view.radius_mm[flanks], [2, 98])
@@ -158,12 +159,6 @@ def _longest_run(flags: BoolArray) -> tuple[int, int]:
     starts, ends = edges[0::2], edges[1::2]
     k = int(np.argmax(ends - starts))
     return int(starts[k]), int(ends[k])
-
-
-def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
-    order = np.argsort(values)
-    total = np.cumsum(weights[order])
-    return float(values[order[np.searchsorted(total, total[-1] / 2.0)]])
 
 
 def _forbidden(thread: _Thread, detector: str) -> Forbidden:

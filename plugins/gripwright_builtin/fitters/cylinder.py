@@ -2,17 +2,13 @@
 
 from typing import ClassVar
 
-import numpy as np
 from pydantic import Field
 
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
 from gripwright.domain.shape import Cylinder, Segment
-from gripwright.geometry.measures import face_areas_mm2, face_normals, submesh
 from gripwright.plugin_api import Params, RunContext
 from gripwright_builtin.fitters.search import FoundCylinder, find_cylinders
-
-_ACROSS = 0.9  # of a normal along the axis: an end face
 
 
 class CylinderParams(Params):
@@ -40,9 +36,7 @@ class CylinderFitter:
     def fit(self, component: Component, segment: Segment, ctx: RunContext) -> Cylinder | Rejection:
         """The cylinder with the standard errors of its radius and axis, or why there is none."""
         found = find_cylinders(component.mesh, segment.faces, ctx.rng)
-        part = submesh(component.mesh, segment.faces)
-        normals, areas = face_normals(part), face_areas_mm2(part)
-        refused = [self._refused(one, float(areas[np.abs(normals @ one.fit.axis) < _ACROSS].sum())) for one in found]
+        refused = [self._refused(one) for one in found]
         usable = [one for one, no in zip(found, refused, strict=True) if no is None]
         if usable:
             return self._cylinder(min(usable, key=self._rank))
@@ -50,9 +44,9 @@ class CylinderFitter:
             (no for no in refused if no is not None), Rejection("no-cylinder", "no part of the surface follows a cylinder")
         )
 
-    def _refused(self, found: FoundCylinder, around_mm2: float) -> Rejection | None:
-        """Why a cylinder does not speak for the segment; `around_mm2` is the area of all faces but the end faces."""
-        share, radius = found.lateral.area_mm2 / max(around_mm2, 1e-300), found.fit.radius_mm
+    def _refused(self, found: FoundCylinder) -> Rejection | None:
+        """Why a cylinder does not speak for the segment."""
+        share, radius = found.lateral.area_mm2 / max(found.around_mm2, 1e-300), found.fit.radius_mm
         if share < self._params.support_min:
             return Rejection(
                 "no-cylinder",

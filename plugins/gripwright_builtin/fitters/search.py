@@ -26,6 +26,7 @@ _POINTS = 20000
 _TRIES = 3  # cylinders looked for, of each sign
 _POLISHED = 2  # of each sign
 _ROUNDS = 4
+_ACROSS = 0.9  # of a normal along the axis: an end face
 _CHORD = 1.0 - float(np.cos(FACET_MAX_RAD / 2.0))  # of the radius: how deep the widest facet lies
 _FAR = 0.02  # of the segment's size: surface farther from a cylinder does not speak for it
 _FAR_OF_RADIUS = 0.1
@@ -44,6 +45,7 @@ class FoundCylinder:
     fit: CylinderFit
     sign: float
     lateral: Lateral
+    around_mm2: float  # area of the segment without end faces
     score: float  # area of the surface times the digits of its closeness
 
 
@@ -194,11 +196,21 @@ def _refined(surface: _Surface, start: CylinderFit, sign: float) -> _Fitted | No
 
 def _polished(whole: _Surface, rough: _Fitted) -> FoundCylinder | None:
     """The same on the whole segment, with the surface that follows it; None where that surface is a prism's."""
-    fitted = rough if whole.corners is not None else _refined(whole, rough.fit, rough.sign)
+    exact = rough.fit.rms_mm < 10.0 * _EXACT * whole.size_mm  # more points would tell nothing
+    fitted = rough if exact else _refined(whole, rough.fit, rough.sign)
     if fitted is None or fitted.facet_rad <= 0:
         return None
     lateral = lateral_surface(whole.faces, fitted.fit, fitted.sign, _tolerance_mm(fitted.fit), fitted.facet_rad)
-    return None if lateral is None else FoundCylinder(fit=fitted.fit, sign=fitted.sign, lateral=lateral, score=fitted.score)
+    if lateral is None:
+        return None
+    around = np.abs(whole.faces.normals @ fitted.fit.axis) < _ACROSS
+    return FoundCylinder(
+        fit=fitted.fit,
+        sign=fitted.sign,
+        lateral=lateral,
+        around_mm2=float(whole.faces.areas_mm2[around].sum()),
+        score=fitted.score,
+    )
 
 
 def _tolerance_mm(fit: CylinderFit) -> float:
