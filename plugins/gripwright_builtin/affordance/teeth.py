@@ -30,7 +30,7 @@ class TeethParams(Params):
     teeth_max: int = Field(500, ge=3, description="Largest number of teeth.")
     coherence_min: float = Field(0.6, gt=0, lt=1, description="Least agreement of the flanks with equal steps, 0 to 1.")
     flanks_min: float = Field(0.9, gt=0, le=1, description="Share of the steps that have both flanks of a tooth.")
-    depth_min: float = Field(0.15, gt=0, description="Least depth of the teeth, as a share of their pitch.")
+    depth_min: float = Field(0.35, gt=0, description="Least depth of the teeth, as a share of their pitch.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
