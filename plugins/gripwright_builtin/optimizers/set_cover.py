@@ -36,7 +36,7 @@ class SetCoverOptimizer:
     """
 
     key: ClassVar[str] = "set_cover"
-    params_model: ClassVar[type[SetCoverParams]] = SetCoverParams
+    params_model: ClassVar[type[Params]] = SetCoverParams
 
     def __init__(self, params: SetCoverParams) -> None:
         self._params = params

@@ -22,6 +22,15 @@ UNKNOWN_FORCE_COST = 1000.0
 _SLACK_MM = 1e-9
 
 
+@dataclass(frozen=True, slots=True)
+class Shortfall:
+    """Why an actuator does not serve a grasp, and by how much (mm or N) it falls short."""
+
+    code: str
+    detail: str
+    amount: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HoldPolicy:
     """What is asked of the grip force."""
@@ -29,15 +38,16 @@ class HoldPolicy:
     safety_factor: float
     enforced: bool
 
-    def weakness(self, actuator: Actuator, required_force_N: float) -> Rejection | None:
+    def weakness(self, actuator: Actuator, required_force_N: float) -> Shortfall | None:
         """Why this actuator does not hold; None where it does, where its force is unknown, and where nothing is enforced."""
         needed_N = required_force_N * self.safety_factor
         if not self.enforced or actuator.grip_force_N is None or actuator.grip_force_N >= needed_N:
             return None
-        return Rejection(
+        return Shortfall(
             "not-held",
             f"friction needs {needed_N:.1f} N with safety factor {self.safety_factor:g}, "
             f"{actuator.name} grips with {actuator.grip_force_N:.1f} N",
+            needed_N - actuator.grip_force_N,
         )
 
 
@@ -57,29 +67,29 @@ class ActuatorClass:
         """Whether a grasp asks for this type of gripper."""
         return free.grasp.gripper_type == self.actuator.gripper_type and free.grasp.grip == self.grip
 
-    def constraint(self, free: FreeGrasp, release_clearance_mm: float, policy: HoldPolicy) -> GraspConstraint | Rejection:
+    def constraint(self, free: FreeGrasp, release_clearance_mm: float, policy: HoldPolicy) -> GraspConstraint | Shortfall:
         """What a gripper of this class has to satisfy to hold a grasp, or why none does."""
         grasp, actuator = free.grasp, self.actuator
         clearance_mm = max(release_clearance_mm, abs(free.release_opening_mm - grasp.opening_width_mm))
         if clearance_mm > actuator.stroke_mm + _SLACK_MM:
             detail = f"letting go takes {clearance_mm:.2f} mm, the stroke of {actuator.name} is {actuator.stroke_mm:.2f} mm"
-            return Rejection("stroke-too-short", detail)
+            return Shortfall("stroke-too-short", detail, clearance_mm - actuator.stroke_mm)
         widest_mm = grasp.opening_width_mm + (clearance_mm if self.grip == EXTERNAL else actuator.stroke_mm - clearance_mm)
         if widest_mm > self.opening_max_mm + _SLACK_MM:
             detail = f"the opening must reach {widest_mm:.2f} mm, {actuator.name} opens to {self.opening_max_mm:.2f} mm"
-            return Rejection("too-wide", detail)
-        if grasp.opening_width_mm < self.gripper_class.opening_floor_mm - _SLACK_MM:
-            floor_mm = self.gripper_class.opening_floor_mm
-            return Rejection("too-narrow", f"width {grasp.opening_width_mm:.2f} mm, the fingers meet below {floor_mm:.2f} mm")
+            return Shortfall("too-wide", detail, widest_mm - self.opening_max_mm)
+        floor_mm = self.gripper_class.opening_floor_mm
+        closed_mm = grasp.opening_width_mm - (0.0 if self.grip == EXTERNAL else clearance_mm)
+        if closed_mm < floor_mm - _SLACK_MM:
+            detail = f"the opening must fall to {closed_mm:.2f} mm, the fingers meet below {floor_mm:.2f} mm"
+            return Shortfall("too-narrow", detail, floor_mm - closed_mm)
         length_min_mm = _length_min_mm(free, self.envelope_mm)
         length_max_mm = min(free.finger_length_max_mm, self.gripper_class.finger_length_max_mm)
+        if math.isinf(length_min_mm):
+            return Shortfall("finger-too-long", f"no finger is long enough to keep {actuator.name} clear", math.inf)
         if length_min_mm > length_max_mm + _SLACK_MM:
-            detail = (
-                f"fingers of at least {length_min_mm:.2f} mm are needed behind {actuator.name}, {length_max_mm:.2f} mm allowed"
-            )
-            return Rejection(
-                "finger-too-long", detail if math.isfinite(length_min_mm) else f"no finger length clears {actuator.name}"
-            )
+            detail = f"{actuator.name} needs fingers of at least {length_min_mm:.2f} mm, {length_max_mm:.2f} mm are allowed"
+            return Shortfall("finger-too-long", detail, length_min_mm - length_max_mm)
         return policy.weakness(actuator, free.hold.required_force_N) or GraspConstraint(
             gripper_type=self.key,
             opening_width_mm=grasp.opening_width_mm,

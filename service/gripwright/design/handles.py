@@ -3,8 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from gripwright.design.actuation import ActuatorClass, HoldPolicy
-from gripwright.domain.errors import Rejection
+from gripwright.design.actuation import ActuatorClass, HoldPolicy, Shortfall
 from gripwright.domain.grasp import FreeGrasp, OperationVerdict
 from gripwright.domain.gripper import Actuator, GripperParameters, Handle
 
@@ -78,7 +77,7 @@ def _holds(
     parameters: GripperParameters, kind: ActuatorClass, free: FreeGrasp, release_clearance_mm: float, policy: HoldPolicy
 ) -> bool:
     constraint = kind.constraint(free, release_clearance_mm, policy)
-    return not isinstance(constraint, Rejection) and parameters.satisfies(constraint, release_clearance_mm)
+    return not isinstance(constraint, Shortfall) and parameters.satisfies(constraint, release_clearance_mm)
 
 
 def _preference(held: HeldGrasp) -> tuple[float, float, float, float]:

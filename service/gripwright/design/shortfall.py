@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from gripwright.domain.errors import Rejection
+from gripwright.design.actuation import Shortfall
 from gripwright.domain.grasp import OperationVerdict, SegmentVerdict
 
 _ORDER = ("no-grasp", "no-type", "too-wide", "collision", "no-contact", "not-held")
@@ -21,23 +21,23 @@ def without_grasp(verdict: OperationVerdict) -> str:
     ]
     if not failed:
         return f"no segment of {_listed(verdict.components)} was found to hold"
-    component, segment, rejection = max(failed, key=lambda entry: (_rank(entry[2], _ORDER), entry[1].grasps_planned))
+    component, segment, rejection = max(failed, key=lambda entry: (_rank(entry[2].code, _ORDER), entry[1].grasps_planned))
     return (
         f"none of the {len(failed)} segments of {_listed(verdict.components)} can be held; "
         f"closest came segment {segment.segment} of {component} ({rejection.code}): {rejection.detail}"
     )
 
 
-def without_actuator(gripper_types: Iterable[str], misses: Sequence[Rejection]) -> str:
+def without_actuator(gripper_types: Iterable[str], shortfalls: Sequence[Shortfall]) -> str:
     """Why no actuator serves an operation whose component could be held."""
-    if not misses:
+    if not shortfalls:
         return f"no actuator at hand is of type {' or '.join(sorted(set(gripper_types)))}"
-    closest = max(misses, key=lambda miss: _rank(miss, _ACTUATOR_ORDER))
+    closest = min(shortfalls, key=lambda short: (-_rank(short.code, _ACTUATOR_ORDER), short.amount, short.detail))
     return f"its free grasps are served by no actuator; closest came ({closest.code}): {closest.detail}"
 
 
-def _rank(rejection: Rejection, order: Sequence[str]) -> float:
-    return order.index(rejection.code) if rejection.code in order else len(order) / 2.0
+def _rank(code: str, order: Sequence[str]) -> float:
+    return order.index(code) if code in order else len(order) / 2.0
 
 
 def _listed(components: Mapping[str, tuple[SegmentVerdict, ...]]) -> str:

@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import Any
 
 from gripwright.design import catalogue
-from gripwright.design.actuation import ActuatorClass, HoldPolicy, classes_of, costs_of, outdone, owned_class
+from gripwright.design.actuation import ActuatorClass, HoldPolicy, Shortfall, classes_of, costs_of, outdone, owned_class
 from gripwright.design.handles import HeldGrasp, best_handle, fewest_changes, free_grasps
 from gripwright.design.plan import Plan
 from gripwright.design.shortfall import without_actuator, without_grasp
@@ -107,7 +107,7 @@ class _Demand:
     """What one operation asks of the grippers: one of the constraints, and what failed in the other classes."""
 
     constraints: tuple[GraspConstraint, ...]
-    misses: tuple[Rejection, ...]
+    shortfalls: tuple[Shortfall, ...]
 
 
 def _offer(
@@ -133,16 +133,14 @@ def _offer(
 def _demand(grasps: Sequence[HeldGrasp], offer: _Offer, options: SelectOptions) -> _Demand:
     distinct = {_figures(held.free): held.free for held in grasps}
     constraints: set[GraspConstraint] = set()
-    misses: set[Rejection] = set()
+    shortfalls: set[Shortfall] = set()
     for free in distinct.values():
         for kind in offer.classes.values():
             if not kind.serves(free):
                 continue
             answer = kind.constraint(free, options.release_clearance_mm, offer.policy)
-            misses.add(answer) if isinstance(answer, Rejection) else constraints.add(answer)
-    return _Demand(
-        constraints=tuple(_widest(constraints)), misses=tuple(sorted(misses, key=lambda miss: (miss.code, miss.detail)))
-    )
+            shortfalls.add(answer) if isinstance(answer, Shortfall) else constraints.add(answer)
+    return _Demand(constraints=tuple(_widest(constraints)), shortfalls=tuple(shortfalls))
 
 
 def _figures(free: FreeGrasp) -> tuple[object, ...]:
@@ -244,7 +242,7 @@ def _optimum(solution: GripperSet, assigned: Sequence[int]) -> dict[str, Any]:
 
 def _shortfall(verdict: OperationVerdict, demand: _Demand) -> str:
     gripper_types = {held.free.grasp.gripper_type for held in free_grasps(verdict)}
-    return without_actuator(gripper_types, demand.misses) if gripper_types else without_grasp(verdict)
+    return without_actuator(gripper_types, demand.shortfalls) if gripper_types else without_grasp(verdict)
 
 
 def _why_not(

@@ -1,0 +1,147 @@
+"""The bill of materials."""
+
+import csv
+import dataclasses
+import io
+from typing import Any
+
+import numpy as np
+
+from gripwright.design.stages.bom import COLUMNS, BomRow, bom, bom_csv, bom_tree, finger_part_number, totals
+from gripwright.domain.assembly import AssemblyTask, Operation
+from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, Grasp, Hold
+from gripwright.domain.gripper import Actuator, FingerDesign, Gripper, Handle
+from gripwright.domain.shape import Mesh
+
+ACTUATOR = Actuator(maker="SMC", model="MHSL3-32D", gripper_type=CENTRIC_3, stroke_mm=16.0, mass_kg=0.37)
+PROPERTIES = {"bolt_thread_mm": 4.0, "base_thickness_mm": 10.0, "pin_hole_mm": 3.0}
+
+
+def make_task() -> AssemblyTask:
+    made = tuple(Operation(id=op, active=("c",), passive=(), motion=np.stack([np.eye(4)] * 2)) for op in ("op-2", "op-1"))
+    return AssemblyTask(part_number="CP-1300", revision="A", name="", components=(), obstacles=(), operations=made)
+
+
+def make_gripper(gripper_id: str = "G1", *operations: str) -> Gripper:
+    grasp = Grasp(X_CG=np.eye(4), gripper_type=CENTRIC_3, grip=EXTERNAL, opening_width_mm=20.0)
+    handles = tuple(
+        Handle(
+            operation=operation,
+            component="c",
+            segment=0,
+            opening_width_mm=20.0,
+            release_opening_mm=21.0,
+            grasp=grasp,
+            gap_mm=1.0,
+            hold=Hold(required_force_N=1.0, moment_Nmm=0.0, symmetry=1.0),
+            safety_factor=None,
+        )
+        for operation in operations
+    )
+    return Gripper(
+        id=gripper_id,
+        gripper_type=CENTRIC_3,
+        fingers=3,
+        grip=EXTERNAL,
+        opening_min_mm=5.0,
+        opening_max_mm=21.0,
+        finger_length_mm=30.0,
+        actuator=ACTUATOR,
+        jaw_offset_mm=0.0,
+        envelope_mm=40.0,
+        handles=handles,
+    )
+
+
+def make_finger(**changes: Any) -> FingerDesign:
+    vertices = np.array([[0.0, 0.0, 0.0], [8.0, 0.0, 0.0], [0.0, 10.0, 0.0], [0.0, 0.0, -30.0]])
+    mesh = Mesh(vertices_mm=vertices, faces=np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
+    figures: dict[str, Any] = {"brep": b"", "mesh": mesh, "material": "EN AW-6082", "volume_mm3": 400.0, "mass_kg": 0.00108}
+    return FingerDesign(**{**figures, "properties": PROPERTIES, **changes})
+
+
+def make_rows() -> list[BomRow]:
+    return bom(make_task(), [make_gripper("G1", "op-1", "op-2")], {"G1": make_finger()})
+
+
+def test_a_gripper_is_an_actuator_fingers_screws_and_pins() -> None:
+    rows = make_rows()
+
+    assert [(row.item, row.make_or_buy, row.quantity) for row in rows] == [
+        ("actuator", "buy", 1),
+        ("finger", "make", 3),
+        ("screw", "buy", 6),
+        ("pin", "buy", 3),
+    ]
+    assert (rows[0].maker, rows[0].model, rows[0].mass_kg) == ("SMC", "MHSL3-32D", 0.37)
+    assert (rows[1].material, rows[1].mass_kg) == ("EN AW-6082", 0.00108)
+    assert "grippers/G1/finger.step" in rows[1].files
+
+
+def test_operations_stand_in_the_order_of_the_sequence() -> None:
+    assert make_rows()[0].operations == ("op-2", "op-1")
+
+
+def test_screws_are_long_enough_for_the_base_and_the_thread() -> None:
+    designation = make_rows()[2].model  # clamps 10 − 4.5 mm, 4.8 mm of thread at least
+
+    assert designation == "ISO 4762 M4x12-8.8"
+
+
+def test_a_finger_that_states_no_base_gets_the_documented_screw() -> None:
+    rows = bom(make_task(), [make_gripper()], {"G1": make_finger(properties={})})
+
+    assert [row.model for row in rows[2:]] == ["ISO 4762 M4x16-8.8"]
+
+
+def test_a_gripper_whose_finger_cannot_be_made_has_its_actuator_alone() -> None:
+    assert [row.item for row in bom(make_task(), [make_gripper()], {})] == ["actuator"]
+
+
+def test_a_part_number_depends_on_shape_and_material_alone() -> None:
+    finger = make_finger()
+    reordered = Mesh(vertices_mm=finger.mesh.vertices_mm, faces=finger.mesh.faces[::-1])
+    longer = Mesh(vertices_mm=finger.mesh.vertices_mm * [1.0, 1.0, 1.01], faces=finger.mesh.faces)
+
+    number = finger_part_number(finger)
+
+    assert number == finger_part_number(make_finger(mass_kg=1.0, mesh=reordered))
+    assert number != finger_part_number(make_finger(mesh=longer))
+    assert number != finger_part_number(make_finger(material="PA12"))
+    assert number.startswith("GW-F-")
+
+
+def test_the_csv_has_a_row_an_item_and_reads_back() -> None:
+    rows = make_rows()
+
+    table = list(csv.DictReader(io.StringIO(bom_csv(rows))))
+
+    assert tuple(table[0]) == COLUMNS
+    assert len(table) == len(rows)
+    assert table[0]["operations"] == "op-2; op-1"
+    assert table[2]["mass_kg"] == ""
+
+
+def test_the_multi_level_bill_holds_the_same_items_under_their_grippers() -> None:
+    rows = make_rows()
+
+    tree = bom_tree(make_task(), rows)
+
+    assert [gripper["gripper"] for gripper in tree["items"]] == ["G1"]
+    assert tree["items"][0]["items"] == [row.to_dict() for row in rows]
+    assert tree["items"][0]["part_number"] == bom_tree(make_task(), make_rows())["items"][0]["part_number"]
+
+
+def test_totals_join_equal_parts_of_several_grippers() -> None:
+    fingers = {"G1": make_finger(), "G2": make_finger()}
+    rows = bom(make_task(), [make_gripper("G1", "op-1"), make_gripper("G2", "op-2")], fingers)
+
+    joined = totals(rows)
+
+    assert [(row.item, row.quantity, row.gripper) for row in joined] == [
+        ("actuator", 2, "G1; G2"),
+        ("finger", 6, "G1; G2"),
+        ("screw", 12, "G1; G2"),
+        ("pin", 6, "G1; G2"),
+    ]
+    assert dataclasses.replace(joined[0], gripper="G1", quantity=1, operations=("op-1",), files=rows[0].files) == rows[0]
