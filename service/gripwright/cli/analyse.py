@@ -14,6 +14,7 @@ from gripwright.cli.run import runner_of, shown_progress
 from gripwright.design.pipeline import Runner
 from gripwright.domain.errors import Fault, InvalidInput
 from gripwright.domain.shape import Mesh
+from gripwright.jobs.child import preload
 from gripwright.jobs.steps import ANALYSIS_STAGES_AT
 from gripwright.settings import load_settings
 
@@ -30,6 +31,8 @@ def analyse(
     """One component: its segments and the primitives fitted to them."""
     with shown_progress() as show:
         show(0.0, "read", str(mesh))
+        if mesh.exists():
+            preload()  # while the file is read
         shape = _read(mesh, units)
         analysis = _analysis(shape, runner_of(load_settings(), options or [], show, ANALYSIS_STAGES_AT))
     labels = analysis.pop("labels")

@@ -17,6 +17,7 @@ from gripwright.cli.run import runner_of, shown_progress
 from gripwright.design import pipeline
 from gripwright.domain.errors import Fault, InvalidInput
 from gripwright.jobs.catalogue import catalogue
+from gripwright.jobs.child import preload
 from gripwright.settings import load_settings
 
 INCOMPLETE = 3
@@ -37,6 +38,8 @@ def design(
     settings = load_settings()
     with shown_progress() as show:
         show(0.0, "read", str(product))
+        if product.exists():
+            preload()  # while the package is read
         task = read_package(product, DEFAULT_LIMITS, operations)
         runner = runner_of(settings, options or [], show)
         result = pipeline.design(task, catalogue(settings), runner.plan, runner)

@@ -9,7 +9,6 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from gripwright.cli.options import options_of
 from gripwright.design.plan import plan_of
-from gripwright.jobs.child import preload
 from gripwright.jobs.engine import OnProgress
 from gripwright.jobs.local import LocalRunner
 from gripwright.jobs.steps import STAGES_AT, Workshop
@@ -23,7 +22,6 @@ def shown_progress() -> Iterator[OnProgress]:
     Standard error stays free for what is wrong with the input.
     """
     signal.signal(signal.SIGTERM, _interrupt)
-    preload()
     console = Console()
     if not console.is_terminal:
         yield _Lines(console)

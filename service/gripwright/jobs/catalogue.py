@@ -2,9 +2,6 @@
 
 from gripwright.domain.gripper import Actuator
 from gripwright.settings import Settings
-from gripwright.store.actuators import ActuatorRepository, actuator_of
-from gripwright.store.engines import Database
-from gripwright.store.migrate import prepare
 from gripwright.store.seed import seed_actuators
 
 
@@ -12,6 +9,10 @@ def catalogue(settings: Settings) -> tuple[Actuator, ...]:
     """Every actuator; the database is not created for it."""
     if settings.uses_default_database and not (settings.data_dir / "gripwright.db").exists():
         return seed_actuators()
+    from gripwright.store.actuators import ActuatorRepository, actuator_of  # a second that the seed need not wait
+    from gripwright.store.engines import Database
+    from gripwright.store.migrate import prepare
+
     database = Database(settings.resolved_database_url)
     prepare(database, automatically=settings.uses_default_database)
     with database.read_sessions() as session:

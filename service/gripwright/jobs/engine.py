@@ -1,10 +1,12 @@
 """The ports of the jobs: what they need of the database, what they need of a job engine, and how a step may fail."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, Literal, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 
 from gripwright.domain.errors import GripwrightError
-from gripwright.store.jobs import DesignSnapshot
+
+if TYPE_CHECKING:
+    from gripwright.store.jobs import DesignSnapshot
 
 OnProgress = Callable[[float, str, str], None]
 """Takes the fraction of the design that is done (0..1), the stage, and a message."""
@@ -40,7 +42,7 @@ class DesignJobs(Protocol):
         """Whether this attempt may run: it is queued (and is running from now on) or runs already."""
         ...
 
-    def snapshot(self, design_id: str) -> DesignSnapshot:
+    def snapshot(self, design_id: str) -> "DesignSnapshot":
         """The inputs of the design."""
         ...
 
