@@ -34,6 +34,7 @@ def run_worker(settings: Settings) -> NoReturn:
     """Work until SIGTERM or SIGINT, then end the process. What runs then is continued by the next worker."""
     from gripwright.design.pipeline import design
 
+    preload()
     workshop = Workshop.of(settings)
     office = DesignOffice(jobs=open_design_jobs(settings), workshop=workshop, pipeline=design)
     deliveries = DeliveryLoop(settings)
