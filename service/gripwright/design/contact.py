@@ -21,7 +21,7 @@ TOUCH_GAP_MM = 0.045  # of 0.05
 _PARALLEL = float(np.cos(np.radians(4.8)))  # of 5°
 _SEARCH_MM = 0.5  # how far the seated surface may lie from the planned one
 _DEPTH_MM = 60.0  # surface farther outside the finger's plane is not looked at
-_SEAT_MM = 0.002  # the finger stands off the surface's foremost point, so that rounding in files never makes it enter
+_SEAT_MM = 0.0005  # the finger stands off the surface's foremost point, so that rounding in files never makes it enter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gripwright.design.motion import Step, SweptHand, steps
+from gripwright.design.motion import Sweeps, sampled, stations
 from gripwright.domain.grasp import EXTERNAL, Grasp
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.collision import ConvexShape, Scene
@@ -58,10 +58,10 @@ class HandCheck:
 
     def __init__(self, scene: OperationScene, hand: HandModel) -> None:
         self._scene, self._hand = scene, hand
-        self._steps = steps(scene.motion)
-        self._sweeps = SweptHand()
+        self._sweeps = Sweeps(stations(scene.motion))
         self._far = scene.far_mm
         self._start, self._end = scene.motion[0], scene.motion[-1]
+        self._glances = sampled(scene.motion[[0, -1]], 4)[:0:-1]  # from the end, where things are close
         self._fingers: dict[tuple[str, float], list[FloatArray]] = {}
 
     def rough(self, grasp: Grasp, tips_mm: float) -> Miss | None:
@@ -105,13 +105,13 @@ class HandCheck:
         return low
 
     def gap(self, grasp: Grasp, finger_length_mm: float, limit_mm: float) -> float:
-        """Least distance of the closed fingers to the standing scene along the motion, at most `limit_mm`."""
+        """Least distance of the closed fingers to the standing scene at some poses of the motion, at most `limit_mm`."""
         best = limit_mm
         for X_GF in self._hand.finger_poses(grasp.opening_width_mm):
-            for solid in self._hand.finger(finger_length_mm, grasp.grip):
-                for step, X_PF in self._stops(grasp, X_GF):
-                    shape = self._sweeps.shape(solid.vertices_mm, 0.0, step, X_PF)
-                    best = min(best, self._scene.standing.distance(shape, X_PF, best)[0])
+            for vertices in self._finger(grasp, finger_length_mm):
+                for place in self._glances:
+                    X_PF = place @ self._scene.X_PC @ grasp.X_CG @ X_GF
+                    best = self._scene.standing.distance(self._cached(vertices), X_PF, best)[0]
         return best
 
     def palm_hit(self, grasp: Grasp, envelope_mm: float, finger_length_mm: float) -> str | None:
@@ -173,14 +173,10 @@ class HandCheck:
                     hit = self._scene.standing.first_hit(self._cached(opened), place @ self._scene.X_PC @ grasp.X_CG @ X_GF)
                     if hit is not None:
                         return Miss(stage=3, code="collision", detail=f"finger {number} hits {hit} {words}")
-                for step, X_PF in self._stops(grasp, X_GF):
-                    hit = self._scene.standing.first_hit(self._sweeps.shape(vertices, margin, step, X_PF), X_PF)
-                    if hit is not None:
-                        return Miss(stage=3, code="collision", detail=f"finger {number} hits {hit} on the way")
+                hit = self._sweeps.first_hit(self._scene.standing, vertices, margin, self._scene.X_PC @ grasp.X_CG @ X_GF)
+                if hit is not None:
+                    return Miss(stage=3, code="collision", detail=f"finger {number} hits {hit} on the way")
         return None
-
-    def _stops(self, grasp: Grasp, X_GF: FloatArray) -> list[tuple[Step, FloatArray]]:
-        return [(step, step.X_start @ self._scene.X_PC @ grasp.X_CG @ X_GF) for step in self._steps]
 
     def _cached(self, vertices: FloatArray) -> ConvexShape:
         return self._sweeps.still(vertices)
@@ -220,11 +216,7 @@ class _PalmCheck:
             hit = scene.attached.first_hit(out, X_CG)
             for place in (check._end, check._start):
                 hit = hit or scene.standing.first_hit(out, place @ scene.X_PC @ X_CG)
-            for step in check._steps:
-                if hit is not None:
-                    return hit
-                X_PG = step.X_start @ scene.X_PC @ X_CG
-                hit = scene.standing.first_hit(check._sweeps.shape(vertices, 0.0, step, X_PG), X_PG)
+            hit = hit or check._sweeps.first_hit(scene.standing, vertices, 0.0, scene.X_PC @ X_CG)
             if hit is not None:
                 return hit
         return None

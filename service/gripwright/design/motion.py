@@ -1,7 +1,8 @@
 """The motion of an assembly operation and the volumes that a hand sweeps along it, without gaps.
 
-A step between two poses is a screw motion. A step without rotation is swept exactly by the convex hull of start and end;
-a step with rotation is divided until each arc is short, and the hull of neighbouring positions is grown by the arc's sagitta.
+A leg between two poses is a screw motion. A leg without rotation is swept exactly by the convex hull of start and end; one with
+rotation is divided until each arc is short, and the hull of neighbouring stations is grown by the arc's sagitta. Whether a
+sweep is free is asked of the hull of the whole motion first, then of its halves, down to single steps.
 """
 
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from scipy.linalg import expm, logm
 from scipy.spatial.transform import Rotation
 
 from gripwright.domain.shape import FloatArray
-from gripwright.geometry.collision import ConvexShape
+from gripwright.geometry.collision import ConvexShape, Scene
 from gripwright.geometry.frames import inverse
 from gripwright.geometry.solids import dilated, hull_vertices, swept
 
@@ -21,70 +22,67 @@ _STILL = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Step:
-    """One swept piece of a motion: from pose `X_start` the body moves by `displacement` seen from the body's own frame."""
+class Stations:
+    """A motion as poses between which every arc is short: n displacements of the active subassembly, n − 1 steps."""
 
-    X_start: FloatArray  # (4, 4) displacement of the active subassembly in the product frame at the step's start
-    X_move: FloatArray  # (4, 4) from the step's start to its end, in the product frame: X_end = X_move · X_start
-    angle_rad: float
-    axis_P: FloatArray  # (2, 3) a point and the direction of the screw axis, product frame; unused where angle is 0
+    poses: FloatArray  # (n, 4, 4), product frame
+    arcs_rad: FloatArray  # (n - 1,) rotation of each step, 0 for a straight one
+    axes_P: FloatArray  # (n - 1, 2, 3) point and direction of each step's screw axis
 
 
-def steps(motion: FloatArray) -> list[Step]:
-    """The motion (k, 4, 4) as steps that can be swept; neighbouring straight steps in one direction are joined."""
-    result: list[Step] = []
-    for start, end in pairwise(motion):
-        move = end @ inverse(start)
-        angle = float(np.linalg.norm(Rotation.from_matrix(move[:3, :3]).as_rotvec()))
+def stations(motion: FloatArray) -> Stations:
+    """The motion (k, 4, 4) as stations; neighbouring straight legs in one direction are joined."""
+    poses, arcs, axes = [motion[0]], [0.0], [np.zeros((2, 3))]
+    for end in motion[1:]:
+        move = end @ inverse(poses[-1])
+        angle = _turn_rad(move)
         if angle < 1e-7:
-            straight = np.eye(4)
-            straight[:3, 3] = end[:3, 3] - start[:3, 3]
-            _append_straight(result, start, straight)
+            along = end[:3, 3] - poses[-1][:3, 3]
+            if np.linalg.norm(along) < _STILL:
+                continue
+            if len(poses) > 1 and arcs[-1] == 0.0 and _same_direction(along, poses[-1][:3, 3] - poses[-2][:3, 3]):
+                poses[-1] = end
+                continue
+            poses, arcs, axes = [*poses, end], [*arcs, 0.0], [*axes, np.zeros((2, 3))]
             continue
         parts = int(np.ceil(angle / _ARC_RAD))
-        part = np.real(expm(np.real(logm(move)) / parts))
         axis = _screw_axis(move)
-        pose = start
-        for _ in range(parts):
-            result.append(Step(X_start=pose, X_move=part, angle_rad=angle / parts, axis_P=axis))
-            pose = part @ pose
-    return result
+        for pose in _divided(poses[-1], end, parts):
+            poses, arcs, axes = [*poses, pose], [*arcs, angle / parts], [*axes, axis]
+    return Stations(poses=np.array(poses), arcs_rad=np.array(arcs[1:]), axes_P=np.array(axes[1:]).reshape(-1, 2, 3))
 
 
 def sampled(motion: FloatArray, count: int) -> list[FloatArray]:
     """About `count` poses along the motion besides its given ones, start and end included, in order."""
-    moves = [end @ inverse(start) for start, end in pairwise(motion)]
-    sizes = np.array([_size(move) for move in moves])
-    share = np.ceil(count * sizes / max(float(sizes.sum()), _STILL)).astype(int)
+    sizes = np.array([_size(end @ inverse(start)) for start, end in pairwise(motion)])
+    shares = np.ceil(count * sizes / max(float(sizes.sum()), _STILL)).astype(int)
     result = [motion[0]]
-    for start, end, move, parts in zip(motion[:-1], motion[1:], moves, np.maximum(share, 1), strict=True):
-        part = np.real(expm(np.real(logm(move)) / parts))
-        pose = start
-        for _ in range(parts - 1):
-            pose = part @ pose
-            result.append(pose)
-        result.append(end)
+    for start, end, parts in zip(motion[:-1], motion[1:], np.maximum(shares, 1), strict=True):
+        result += _divided(start, end, int(parts))
     return result
+
+
+def _divided(start: FloatArray, end: FloatArray, parts: int) -> list[FloatArray]:
+    """The ends of `parts` equal screw motions from start to end."""
+    part = np.real(expm(np.real(logm(end @ inverse(start))) / parts))
+    poses = [start]
+    for _ in range(parts - 1):
+        poses.append(part @ poses[-1])
+    return [*poses[1:], end]
 
 
 def _size(move: FloatArray) -> float:
     """Length of a move: its translation, and its rotation as the arc at a radius of 50 mm."""
-    turn = float(np.linalg.norm(Rotation.from_matrix(move[:3, :3]).as_rotvec()))
-    return float(np.linalg.norm(move[:3, 3])) + 50.0 * turn
+    return float(np.linalg.norm(move[:3, 3])) + 50.0 * _turn_rad(move)
 
 
-def _append_straight(result: list[Step], start: FloatArray, move: FloatArray) -> None:
-    length = float(np.linalg.norm(move[:3, 3]))
-    if length < _STILL:
-        return
-    if result and result[-1].angle_rad == 0.0:
-        last = result[-1].X_move[:3, 3]
-        if np.linalg.norm(np.cross(last, move[:3, 3])) < 1e-9 * length * np.linalg.norm(last) and last @ move[:3, 3] > 0:
-            joined = np.eye(4)
-            joined[:3, 3] = last + move[:3, 3]
-            result[-1] = Step(X_start=result[-1].X_start, X_move=joined, angle_rad=0.0, axis_P=np.zeros((2, 3)))
-            return
-    result.append(Step(X_start=start, X_move=move, angle_rad=0.0, axis_P=np.zeros((2, 3))))
+def _turn_rad(move: FloatArray) -> float:
+    return float(np.linalg.norm(Rotation.from_matrix(move[:3, :3]).as_rotvec()))
+
+
+def _same_direction(a: FloatArray, b: FloatArray) -> bool:
+    length = np.linalg.norm(a) * np.linalg.norm(b)
+    return bool(np.linalg.norm(np.cross(a, b)) < 1e-9 * length and a @ b > 0)
 
 
 def _screw_axis(move: FloatArray) -> FloatArray:
@@ -96,33 +94,56 @@ def _screw_axis(move: FloatArray) -> FloatArray:
     return np.stack([point, direction])
 
 
-class SweptHand:
-    """The shapes that convex solids of a hand sweep along a motion, cached by the move seen from the hand's frame."""
+class Sweeps:
+    """Shapes of convex solids, still and swept, kept for the next grasp that needs the same."""
 
-    def __init__(self) -> None:
-        self._cache: dict[tuple[bytes, ...], ConvexShape] = {}
+    def __init__(self, way: Stations) -> None:
+        self._way = way
+        self._shapes: dict[tuple[bytes, ...], ConvexShape] = {}
 
     def still(self, vertices: FloatArray) -> ConvexShape:
         """The solid itself, in its own frame."""
         key = (vertices.tobytes(),)
-        if key not in self._cache:
-            self._cache[key] = ConvexShape(vertices)
-        return self._cache[key]
+        if key not in self._shapes:
+            self._shapes[key] = ConvexShape(vertices)
+        return self._shapes[key]
 
-    def shape(self, vertices_G: FloatArray, margin_mm: float, step: Step, X_PG: FloatArray) -> ConvexShape:
-        """The sweep of the solid during a step, in the hand's frame at the step's start. `X_PG`: the hand at that moment."""
-        move_G = inverse(X_PG) @ step.X_move @ X_PG
-        arm = 0.0
-        if step.angle_rad > 0.0:
-            corners_P = vertices_G @ X_PG[:3, :3].T + X_PG[:3, 3]
-            arm = float(np.linalg.norm(np.cross(corners_P - step.axis_P[0], step.axis_P[1]), axis=1).max())
-        sagitta = np.ceil(arm * (1.0 - np.cos(step.angle_rad / 2.0)) * 1e3) / 1e3
-        key = (vertices_G.tobytes(), np.round(move_G, 6).tobytes(), np.float64(margin_mm + sagitta).tobytes())
-        if key not in self._cache:
-            body = dilated(vertices_G, margin_mm + float(sagitta))
-            if step.angle_rad == 0.0:
-                moved = swept(body, np.round(move_G[:3, 3], 9))
+    def first_hit(self, scene: Scene, vertices: FloatArray, margin_mm: float, X_PB: FloatArray) -> str | None:
+        """What the solid (frame B, which stands at D · X_PB when the subassembly is displaced by D) hits along the motion."""
+        placed = self._way.poses @ X_PB  # (n, 4, 4)
+        ranges = [(0, len(placed) - 1)] if len(placed) > 1 else []
+        while ranges:
+            start, end = ranges.pop()
+            hit = scene.first_hit(self._swept(vertices, margin_mm, placed, start, end), placed[start])
+            if hit is None:
+                continue
+            if end - start == 1:
+                return hit
+            middle = (start + end) // 2
+            ranges += [(start, middle), (middle, end)]  # the end, where things are close, comes first
+        return None
+
+    def _swept(self, vertices: FloatArray, margin_mm: float, placed: FloatArray, start: int, end: int) -> ConvexShape:
+        """Hull of the solid between two stations, in its frame at the first."""
+        moves = np.round(inverse(placed[start]) @ placed[start : end + 1], 6)  # (k, 4, 4)
+        grown = np.ceil((margin_mm + self._sagitta_mm(vertices, placed, start, end)) * 1e3) / 1e3
+        key = (vertices.tobytes(), moves.tobytes(), np.float64(grown).tobytes())
+        if key not in self._shapes:
+            body = dilated(vertices, float(grown))
+            if end - start == 1 and self._way.arcs_rad[start] == 0.0:
+                points = swept(body, moves[-1, :3, 3])
             else:
-                moved = hull_vertices(np.concatenate([body, body @ move_G[:3, :3].T + move_G[:3, 3]]))
-            self._cache[key] = ConvexShape(moved)
-        return self._cache[key]
+                points = np.einsum("kij,nj->kni", moves[:, :3, :3], body) + moves[:, None, :3, 3]
+                points = hull_vertices(points.reshape(-1, 3))
+            self._shapes[key] = ConvexShape(points)
+        return self._shapes[key]
+
+    def _sagitta_mm(self, vertices: FloatArray, placed: FloatArray, start: int, end: int) -> float:
+        """By how much an arc leaves the chord between neighbouring stations, at the most."""
+        turning = start + np.flatnonzero(self._way.arcs_rad[start:end])
+        if len(turning) == 0:
+            return 0.0
+        corners = np.einsum("kij,nj->kni", placed[turning, :3, :3], vertices) + placed[turning, None, :3, 3]
+        arms = np.cross(corners - self._way.axes_P[turning, None, 0], self._way.axes_P[turning, None, 1])
+        reach = np.linalg.norm(arms, axis=2).max(axis=1)  # (k,)
+        return float((reach * (1.0 - np.cos(self._way.arcs_rad[turning] / 2.0))).max())

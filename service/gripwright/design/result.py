@@ -168,8 +168,8 @@ def _primitive(item: SegmentAnalysis) -> dict[str, Any] | None:
 
 def _gripper(gripper: Gripper, cad: GripperCad | Rejection, checks: Sequence[HandleReport]) -> dict[str, Any]:
     folder = f"grippers/{gripper.id}"
-    names = ("finger.stl", "finger.step", "finger.3mf", "body.stl", "gripper.glb")
-    made = isinstance(cad, GripperCad)
+    names = ("finger.stl", "finger.step", "finger.3mf", "finger.svg", "body.stl", "body.step", "gripper.glb")
+    made = cad if isinstance(cad, GripperCad) else None
     return {
         "id": gripper.id,
         "gripper_type": gripper.gripper_type,
@@ -183,13 +183,18 @@ def _gripper(gripper: Gripper, cad: GripperCad | Rejection, checks: Sequence[Han
             "model": gripper.actuator.model,
             "stroke": gripper.actuator.stroke_mm,
             "grip_force": gripper.actuator.grip_force_N,
+            "grip_force_max": made.grip_force_max_N if made is not None else None,
             "jaw_offset": _mm(gripper.jaw_offset_mm),
         },
-        "files": {name.replace(".", "_"): f"{folder}/{name}" for name in names} if made else {},
-        "detail": None if made else cad.detail,  # type: ignore[union-attr]
-        "finger": {"material": cad.finger.material, "mass": cad.finger.mass_kg, **cad.finger.properties} if made else None,  # type: ignore[union-attr]
+        "files": {name.replace(".", "_"): f"{folder}/{name}" for name in names} if made is not None else {},
+        "detail": cad.detail if isinstance(cad, Rejection) else None,
+        "finger": None if made is None else _finger(made),
         "handles": [_handle(handle, check, gripper) for handle, check in zip(gripper.handles, checks, strict=True)],
     }
+
+
+def _finger(cad: GripperCad) -> dict[str, Any]:
+    return {"material": cad.finger.material, "mass": cad.finger.mass_kg, **cad.finger.properties}
 
 
 def _handle(handle: Handle, check: HandleReport, gripper: Gripper) -> dict[str, Any]:

@@ -1,8 +1,11 @@
-"""The design folder of INTERFACE.md, as bytes by path."""
+"""The design folder of INTERFACE.md, as bytes by path; components in colour beside it, for whoever shows them."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
+import numpy as np
+
+from gripwright.cad.colour import component_glb, segment_colours, value_colours
 from gripwright.cad.export import step_bytes, stl_bytes, threemf_bytes
 from gripwright.cad.glb import GlbPart, glb_bytes
 from gripwright.design.gripper_assembly import gripper_parts
@@ -10,8 +13,13 @@ from gripwright.design.result import DesignResult
 from gripwright.design.stages.bom import bom_csv
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.gripper import Gripper
+from gripwright.domain.shape import Analysis
+from gripwright.geometry.shape_diameter import shape_diameters_mm
 from gripwright.plugin_api import HandModel
+from gripwright.report.drawing import finger_drawing
 from gripwright.report.page import report_page
+
+_RAYS, _CONE_RAD = 30, float(np.radians(120.0))
 
 
 def design_folder(result: DesignResult, hands: Mapping[str, HandModel]) -> dict[str, bytes]:
@@ -25,18 +33,40 @@ def design_folder(result: DesignResult, hands: Mapping[str, HandModel]) -> dict[
         if isinstance(cad, GripperCad):
             made = _gripper_files(gripper, cad, result, hands[gripper.gripper_type])
             files |= {f"grippers/{gripper.id}/{name}": data for name, data in made.items()}
-    return files
+    return files | dict(_component_files(result))
 
 
 def _gripper_files(gripper: Gripper, cad: GripperCad, result: DesignResult, hand: HandModel) -> dict[str, bytes]:
-    product = f"{result.task.part_number}-{result.task.revision}"
-    name = f"{product}-{gripper.id}-finger"
-    made = {
+    name = f"{result.task.part_number}-{result.task.revision}-{gripper.id}-finger"
+    parts = gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, gripper.opening_max_mm)
+    return {
         "finger.step": step_bytes(cad.finger.brep, name=name, part_number=name, description=f"finger of gripper {gripper.id}"),
         "finger.stl": stl_bytes(cad.finger.mesh),
         "finger.3mf": threemf_bytes(cad.finger.mesh, name),
+        "finger.svg": finger_drawing(cad, title=f"Finger of gripper {gripper.id}", part_number=name).encode(),
         "body.stl": stl_bytes(cad.body),
+        "body.step": step_bytes(cad.body_brep, name=f"{gripper.id}-body", part_number=gripper.actuator.name),
+        "gripper.glb": glb_bytes([GlbPart(name=part.name, mesh=part.mesh, colour=part.colour) for part in parts]),
     }
-    parts = gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, gripper.opening_max_mm)
-    made["gripper.glb"] = glb_bytes([GlbPart(name=part.name, mesh=part.mesh, colour=part.colour) for part in parts])
-    return made
+
+
+def _component_files(result: DesignResult) -> Iterator[tuple[str, bytes]]:
+    """Each component coloured by segment and by shape diameter; what components share is made once."""
+    made: dict[int, tuple[bytes, bytes]] = {}
+    for component, analysis in zip(result.task.components, result.analyses, strict=True):
+        if id(analysis) not in made:
+            made[id(analysis)] = _coloured(component.id, analysis)
+        by_segment, by_diameter = made[id(analysis)]
+        yield f"components/{component.id}.segment.glb", by_segment
+        yield f"components/{component.id}.sdf.glb", by_diameter
+
+
+def _coloured(name: str, analysis: Analysis) -> tuple[bytes, bytes]:
+    labels = np.zeros(len(analysis.mesh.faces), dtype=np.int64)
+    for item in analysis.segments:
+        labels[item.segment.faces] = item.segment.id
+    diameters = shape_diameters_mm(analysis.mesh, _RAYS, _CONE_RAD)
+    return (
+        component_glb(name, analysis.mesh, segment_colours(labels)),
+        component_glb(name, analysis.mesh, value_colours(diameters)),
+    )

@@ -45,7 +45,8 @@ def handle_view(result: DesignResult, gripper: Gripper, handle: Handle, cad: Gri
     ]
     X_PG = place @ X_PC[handle.component] @ handle.grasp.X_CG
     hand_parts = _parts(gripper, cad, hand, handle.opening_width_mm, X_PG)
-    focus = np.concatenate([_points(item) for item in [*held, *hand_parts]])
+    fingers = [shown(cad.finger.mesh, X_PG @ X_GF, _HELD) for X_GF in hand.finger_poses(handle.opening_width_mm)]
+    focus = np.concatenate([_points(item) for item in [*held, *fingers]])
     return picture([*hand_parts, *held, *standing], direction=_VIEW, focus=focus)
 
 
