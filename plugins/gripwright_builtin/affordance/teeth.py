@@ -19,7 +19,7 @@ _FLANK_AXIAL_MAX = 0.6
 _BINS = 4096  # about the axis
 _GAP = 0.02  # of the largest radius: flanks farther apart belong to different rims
 _BACKWARDS_MAX = 0.1
-_FUNDAMENTAL = 0.5  # least coherence of the teeth's own step, as a share of its multiple's
+_FUNDAMENTAL = 0.25  # least coherence of the teeth's own step, as a share of its multiple's
 _SLICES = 4  # along it: helical teeth turn from one to the next
 
 
