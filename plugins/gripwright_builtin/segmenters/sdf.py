@@ -67,16 +67,10 @@ class SdfSegmenter:
     def segment(self, component: Component, ctx: RunContext) -> Sequence[Segment]:
         """Partition the faces of the component's mesh; positions smoothed for segmentation are used where there are any."""
         mesh, params = _segmentation_mesh(component.mesh), self._params
-        with ctx.timed("segment.rays"):
-            chosen = None if params.energy == "published" else sampled_faces(mesh, params.samples)
-            raw = shape_diameters_mm(mesh, params.rays, np.radians(params.cone_angle), chosen)
-        ctx.progress(0.5, "shape diameters")
         with ctx.timed("segment.adjacency"):
             surface = surface_of(mesh)
-        with ctx.timed("segment.smooth"):
-            window = WINDOW * np.sqrt(surface.areas_mm2.sum())
-            diameters = filled(raw, surface.pairs)
-            diameters = bilateral(diameters, face_centres_mm(mesh), surface.areas_mm2, surface.pairs, window)
+        diameters = self.shape_diameters_mm(mesh, surface, ctx)
+        ctx.progress(0.6, "shape diameters")
         with ctx.timed("segment.cluster"):
             by_area = params.energy == "area"
             weights = surface.areas_mm2 if by_area else np.ones_like(surface.areas_mm2)
@@ -87,6 +81,15 @@ class SdfSegmenter:
         ctx.progress(0.9, "borders")
         with ctx.timed("segment.components"):
             return segments_of(component.mesh, self._parts(labels, surface))
+
+    def shape_diameters_mm(self, mesh: Mesh, surface: Surface, ctx: RunContext) -> FloatArray:
+        """Thickness behind each face, (m,): mean ray length, gaps filled, smoothed without blurring steps."""
+        with ctx.timed("segment.rays"):
+            chosen = None if self._params.energy == "published" else sampled_faces(mesh, self._params.samples)
+            raw = shape_diameters_mm(mesh, self._params.rays, np.radians(self._params.cone_angle), chosen)
+        with ctx.timed("segment.smooth"):
+            window = WINDOW * np.sqrt(surface.areas_mm2.sum())
+            return bilateral(filled(raw, surface.pairs), face_centres_mm(mesh), surface.areas_mm2, surface.pairs, window)
 
     def _labels(self, probabilities: FloatArray, mesh: Mesh, surface: Surface) -> IntArray:
         """The labelling of least energy that expansions reach, (m,)."""

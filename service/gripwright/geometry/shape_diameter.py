@@ -3,7 +3,7 @@
 import numpy as np
 
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
-from gripwright.geometry.measures import diagonal_mm, face_centres_mm, face_normals
+from gripwright.geometry.measures import diagonal_mm, face_areas_mm2, face_centres_mm, face_normals
 from gripwright.geometry.rays import FloatArray32, RayScene, chunks, morton_order, thread_pool
 
 ORIGIN_OFFSET = 1e-6
@@ -11,6 +11,8 @@ ORIGIN_OFFSET = 1e-6
 OUTLIER_LIMIT = 1.5
 """Rays farther from the median of their cone than this many median absolute deviations do not count."""
 FACES_A_CHUNK = 4096
+ACROSS = 0.9
+"""Cosine between a normal and an axis from which the axis says too little about the tangent plane."""
 
 
 def shape_diameters_mm(mesh: Mesh, rays: int, cone_angle_rad: float, faces: IntArray | None = None) -> FloatArray:
@@ -25,7 +27,7 @@ def shape_diameters_mm(mesh: Mesh, rays: int, cone_angle_rad: float, faces: IntA
     centres = face_centres_mm(mesh)[chosen]
     order = morton_order(centres)
     chosen, centres, normals = chosen[order], centres[order], normals[chosen[order]]
-    axes = np.stack((*_tangents(mesh, chosen, normals), -normals), axis=1).astype(np.float32)  # (k, 3, 3)
+    axes = np.stack((*_tangents(mesh, normals), -normals), axis=1).astype(np.float32)  # (k, 3, 3)
     origins = scene.centred(centres - normals * ORIGIN_OFFSET * diagonal_mm(mesh))
     pattern = cone_directions(rays, cone_angle_rad).astype(np.float32)
     values = np.full(len(mesh.faces), np.nan)
@@ -65,11 +67,17 @@ def filled(values: FloatArray, pairs: IntArray) -> FloatArray:
     return np.nan_to_num(result, nan=0.0)
 
 
-def _tangents(mesh: Mesh, faces: IntArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two unit tangents of each of the faces, (k, 3) each, that turn with the mesh: the first along the face's first side."""
-    corners = mesh.faces[faces]
-    side = mesh.vertices_mm[corners[:, 1]] - mesh.vertices_mm[corners[:, 0]]
-    first = side / np.linalg.norm(side, axis=1, keepdims=True)
+def _tangents(mesh: Mesh, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two unit tangents at each of the normals, (k, 3) each, that turn with the mesh and change little from face to face.
+
+    The first lies along the mesh's longest principal axis, where the surface is nearly across it along the second.
+    """
+    areas, centres = face_areas_mm2(mesh), face_centres_mm(mesh)
+    about = centres - np.average(centres, axis=0, weights=areas)
+    _, axes = np.linalg.eigh((about * areas[:, None]).T @ about)
+    chosen = np.where(np.abs(normals @ axes[:, 2:]) < ACROSS, axes[:, 2], axes[:, 1])  # (k, 3)
+    along = chosen - np.einsum("ij,ij->i", chosen, normals)[:, None] * normals
+    first = along / np.linalg.norm(along, axis=1, keepdims=True)
     return first, np.cross(normals, first)
 
 

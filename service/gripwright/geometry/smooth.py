@@ -16,8 +16,8 @@ PARTS = 64
 def bilateral(values: FloatArray, centres_mm: FloatArray, areas_mm2: FloatArray, pairs: IntArray, radius_mm: float) -> FloatArray:
     """Mean of each face's neighbours within `radius_mm`, (m,), weighted by area, nearness and likeness of value.
 
-    The window grows from face to face, so that it does not reach through the solid. The spread of values that counts as
-    like is that of the window itself, as in CGAL's filter.
+    The window grows from face to face, so that it does not reach through the solid. Values are alike within 1.5 times the
+    standard deviation of the window itself, as in CGAL's filter.
     """
     start, neighbour = neighbour_lists(pairs, len(values))
     return np.asarray(_bilateral(values, centres_mm, areas_mm2, start, neighbour, radius_mm, NEIGHBOURS_MAX, PARTS))
@@ -72,7 +72,7 @@ def _bilateral(
             if spread <= 0.0:
                 result[face] = values[face]
                 continue
-            spread /= weight
+            spread *= 1.5**2 / weight
             total, weight = 0.0, 0.0
             for i in range(size):
                 w = areas[queue[i]] * nearness[i] * np.exp(-0.5 * (values[queue[i]] - values[face]) ** 2 / spread)

@@ -26,9 +26,10 @@ class PrepareSettings(Params):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Prepared:
-    """A prepared mesh (see `Mesh`) and what the user should know about the file's."""
+    """A prepared mesh (see `Mesh`), the same solid with the file's own triangles, and what to tell the user about them."""
 
     mesh: Mesh
+    solid: Mesh
     warnings: tuple[str, ...]
 
 
@@ -38,11 +39,11 @@ def prepare(mesh: Mesh, settings: PrepareSettings, ctx: RunContext) -> Prepared:
     Faces that have no three different corners have no successor in `source_faces`.
     """
     with ctx.timed("prepare.repair"):
-        repair_ = repair(mesh)
+        done = repair(mesh)
     ctx.progress(0.3, "mesh repaired")
     with ctx.timed("prepare.refine"):
-        refined = refine(repair_.mesh, edge_max_mm(repair_.mesh, settings))
-    return Prepared(mesh=refined, warnings=_warnings(repair_))
+        refined = refine(done.mesh, edge_max_mm(done.mesh, settings))
+    return Prepared(mesh=refined, solid=done.mesh, warnings=_warnings(done))
 
 
 def edge_max_mm(mesh: Mesh, settings: PrepareSettings) -> float:
