@@ -8,7 +8,8 @@ import numpy as np
 
 from gripwright.design.contact import Contact, Surface, contacts, forbidden_touch, seat
 from gripwright.design.hand_check import HandCheck, Miss, OperationScene
-from gripwright.design.holding import hold
+from gripwright.design.holding import hold, surface_radius_mm
+from gripwright.design.holding_load import operation_load
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
@@ -61,7 +62,7 @@ def judge_segment(
                 grasps = planner.plan(held.component, analysis.segment, requirement, hand, ctx)
             planned += len(grasps)
             with ctx.timed("constraints.check"):
-                found, missed = judge.first_free(grasps, hand, check)
+                found, missed = judge.first_free(grasps, hand, check, surface_radius_mm(requirement.primitive))
             free += found
             misses += missed
     return SegmentVerdict(
@@ -78,6 +79,7 @@ class _Judge:
 
     def __init__(self, held: HeldComponent, scene: OperationScene, envelopes: Envelopes, ctx: RunContext) -> None:
         self._held, self._scene, self._envelopes, self._ctx = held, scene, envelopes, ctx
+        self._load = operation_load(scene.motion, scene.X_PC, held.centroid_C, held.mass_kg, held.force_N)
         self._surface = Surface(held.solid)
         self._regions = [
             (region, Surface(submesh(held.component.mesh, np.flatnonzero(region.faces))))
@@ -86,13 +88,13 @@ class _Judge:
         ]
 
     def first_free(
-        self, grasps: Sequence[Grasp], hand: HandModel, check: HandCheck
+        self, grasps: Sequence[Grasp], hand: HandModel, check: HandCheck, radius_mm: float
     ) -> tuple[list[FreeGrasp], list[Miss]]:
         """The first `_ENOUGH` free grasps in the planner's order, and why those before them are not free."""
         free: list[FreeGrasp] = []
         misses: list[Miss] = []
         for grasp in grasps:
-            verdict = self.judge(grasp, hand, check)
+            verdict = self.judge(grasp, hand, check, radius_mm)
             if isinstance(verdict, Miss):
                 misses.append(verdict)
                 continue
@@ -101,7 +103,7 @@ class _Judge:
                 break
         return free, misses
 
-    def judge(self, grasp: Grasp, hand: HandModel, check: HandCheck) -> FreeGrasp | Miss:
+    def judge(self, grasp: Grasp, hand: HandModel, check: HandCheck, radius_mm: float) -> FreeGrasp | Miss:
         tips = self._ctx.min_contact_mm
         miss = check.rough(grasp, tips)
         if miss is not None:
@@ -126,7 +128,7 @@ class _Judge:
         miss = check.seated(seated, least)
         if miss is not None:
             return Miss(stage=8, code=miss.code, detail=miss.detail)
-        return self._bounded(seated, hand, check, widths, lengths, touching)
+        return self._bounded(seated, hand, check, widths, lengths, touching, radius_mm)
 
     def _bounded(
         self,
@@ -136,6 +138,7 @@ class _Judge:
         envelopes: FloatArray,
         lengths: FloatArray,
         touching: tuple[Contact, ...],
+        radius_mm: float,
     ) -> FreeGrasp | Miss:
         longest = check.length_max(grasp, float(lengths[0]))
         lengths = np.where(lengths <= longest, lengths, np.inf)
@@ -143,7 +146,6 @@ class _Judge:
         touched = forbidden_touch(grasp, self._regions, hand, reach)
         if touched is not None:
             return Miss(stage=9, code=touched.code, detail=touched.detail)
-        held = self._held
         return FreeGrasp(
             grasp=grasp,
             envelopes_mm=envelopes,
@@ -152,15 +154,7 @@ class _Judge:
             release_opening_mm=grasp.opening_width_mm
             + (1.0 if grasp.grip == "external" else -1.0) * self._scene.release_clearance_mm,
             gap_mm=check.gap(grasp, reach, 10.0),
-            hold=hold(
-                grasp,
-                np.array([contact.centre_C for contact in touching]),
-                np.array([contact.area_mm2 for contact in touching]),
-                held.centroid_C,
-                held.mass_kg,
-                held.component.friction,
-                held.force_N,
-            ),
+            hold=hold(grasp, touching, radius_mm, self._load, self._held.component.friction),
         )
 
 
