@@ -61,7 +61,7 @@ def test_a_peg_in_a_hole_of_its_size_is_known_with_its_axis_and_radius(sections:
     assert np.allclose(found.axis_P[0, :2], [5.0, 0.0], atol=0.1)
     assert np.allclose(found.axis_P[1], [0.0, 0.0, -1.0])
     assert found.evidence["radius"] == pytest.approx(8.0, abs=0.3)
-    assert found.evidence["depth"] == pytest.approx(15.0, abs=0.5)
+    assert found.evidence["depth"] == pytest.approx(15.0, abs=1.0)  # to the distance of samples
 
 
 def test_a_ring_put_over_a_peg_is_peg_in_hole_too() -> None:

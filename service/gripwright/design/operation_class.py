@@ -30,7 +30,7 @@ DEFAULT_FORCE_N: Mapping[str, float] = MappingProxyType(
 )
 """Insertion force where the package states none: rules of thumb for parts that a robot of some kg holds, not measurements."""
 
-_NEAR_MM = 0.3  # gap up to which surfaces count as meeting: the clearance of a running fit and the chords of a tessellation
+_NEAR_MM = 0.6  # gap up to which surfaces count as meeting: a loose fit and the chords of a tessellation
 _PRESSED_MM = 0.02  # median overlap from which a fit is a press fit, unless it is said to be a clearance fit
 _POINTS = 6000  # samples a side
 _AGAINST = -0.85  # cosine between the normals of surfaces that meet
@@ -195,8 +195,8 @@ def _contact(active: Sequence[PlacedComponent], passive: Sequence[PlacedComponen
     others, other_normals, other_area = _samples(there, low, high, rng)
     if not len(points) or not len(others):
         return None
-    reach = _NEAR_MM + 2.0 * float(np.sqrt(other_area))
-    distance, index = cKDTree(others).query(points, k=8, distance_upper_bound=reach)
+    beside = 2.0 * float(np.sqrt(other_area))  # how far the nearest sample may lie along the surface
+    distance, index = cKDTree(others).query(points, k=8, distance_upper_bound=float(np.hypot(_NEAR_MM, beside)))
     index = np.minimum(index, len(others) - 1)
     offset = points[:, None] - others[index]  # (k, 8, 3)
     gap = np.einsum("kjc,kjc->kj", offset, other_normals[index])

@@ -22,8 +22,9 @@ from gripwright.plugin_api import HandModel, RunContext
 Envelopes = Callable[[str, float], FloatArray]
 """(gripper type, opening width) → radii of the palm envelopes that the actuators at hand need, ascending."""
 
-_ENOUGH = 48
-"""Free grasps of one requirement after which no more are judged: planners name the best of every direction first."""
+_ENOUGH, _ENOUGH_LEAST, _STATIONS = 48, 6, 20
+"""Free grasps of one requirement after which no more are judged: planners name the best of every direction first. Along a
+motion of more than so many stations (threads) fewer do."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -93,13 +94,14 @@ class _Judge:
         """The first `_ENOUGH` free grasps in the planner's order, and why those before them are not free."""
         free: list[FreeGrasp] = []
         misses: list[Miss] = []
+        enough = max(_ENOUGH * _STATIONS // max(check.stations, _STATIONS), _ENOUGH_LEAST)
         for grasp in grasps:
             verdict = self.judge(grasp, hand, check, radius_mm)
             if isinstance(verdict, Miss):
                 misses.append(verdict)
                 continue
             free.append(verdict)
-            if len(free) == _ENOUGH:
+            if len(free) >= enough:
                 break
         return free, misses
 
@@ -146,6 +148,10 @@ class _Judge:
         touched = forbidden_touch(grasp, self._regions, hand, reach)
         if touched is not None:
             return Miss(stage=9, code=touched.code, detail=touched.detail)
+        held = hold(grasp, touching, radius_mm, self._load, self._held.component.friction)
+        if not np.isfinite(held.required_force_N):
+            detail = f"no grip force holds it: at friction {self._held.component.friction:g} the squeezed surfaces slip out"
+            return Miss(stage=10, code="not-held", detail=detail)
         return FreeGrasp(
             grasp=grasp,
             envelopes_mm=envelopes,
@@ -154,7 +160,7 @@ class _Judge:
             release_opening_mm=grasp.opening_width_mm
             + (1.0 if grasp.grip == "external" else -1.0) * self._scene.release_clearance_mm,
             gap_mm=check.gap(grasp, reach, 10.0),
-            hold=hold(grasp, touching, radius_mm, self._load, self._held.component.friction),
+            hold=held,
         )
 
 
