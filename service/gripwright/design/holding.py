@@ -23,10 +23,9 @@ from gripwright.domain.shape import Cylinder, FloatArray, Primitive
 
 _TILT = 1.0 / 3.0  # of a patch's extent: how far the pressure's resultant may shift, so that at least half stays pressed
 _PARABOLA = np.sqrt(0.6)  # width of the even pressure whose second moment is that of a parabolic one, as its share
-_STEPS = 3  # towards the force whose own patch needs just that force
+_STEPS = 2  # towards the force whose own patch needs just that force
 _STEP = 1.0 / 1.2  # of the logarithm: a patch's torsion grows with about the fifth root of the force
 _NARROWEST_MM = 0.01
-_SINGULAR = 1e14
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,6 +77,8 @@ def hold(grasp: Grasp, touching: Sequence[Contact], radius_mm: float, load: Load
 
 def _least_force_N(patches: "_Patches", loads: FloatArray, friction: float) -> float:
     """The force whose own patches need just that force; patches widen with it, so less is needed the more there is."""
+    if np.linalg.matrix_rank(patches.grip_map) < len(patches.grip_map):
+        return float("inf")  # there are wrenches that these contacts do not answer at all
     force = _needed_N(patches, np.inf, loads, friction)
     if not patches.curved or not np.isfinite(force):
         return force
@@ -96,8 +97,6 @@ def _needed_N(patches: "_Patches", pressed_N: float, loads: FloatArray, friction
     squeeze = grip[:, 0::6].sum(axis=1) / count  # (7,) wrench of the contacts pressed evenly with a total of 1 N
     squeeze[6] = 0.0
     asked = -np.vstack([squeeze, patches.scaled(loads)])  # (1 + k, 7)
-    if np.linalg.cond(coupling) > _SINGULAR:
-        return float("inf")  # there are wrenches that these contacts do not answer at all
     answer = (asked @ np.linalg.solve(coupling, gain.T)).reshape(len(asked), count, 6)  # the elastic answer
     normal = answer[..., 0]  # beside the even share
     slip = answer[..., 1:4] / friction  # (…, n, 3)
