@@ -16,7 +16,7 @@ from gripwright.domain.grasp import EXTERNAL
 from gripwright.domain.gripper import BOUND_TOLERANCE_MM as SLACK
 from gripwright.domain.gripper import GripperParameters
 from gripwright.domain.gripper_set import GripperClass, GripperSetProblem
-from gripwright.domain.shape import FloatArray, IntArray
+from gripwright.domain.shape import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,6 +82,27 @@ def demands_of(problem: GripperSetProblem) -> Demands:
     )
 
 
+def held_by(gripper: GripperParameters, problem: GripperSetProblem, demands: Demands) -> BoolArray:
+    """(a,) the alternatives that a new gripper of one of the classes holds."""
+    kind = problem.classes[gripper.gripper_type]
+    reach = gripper.opening_max_mm if kind.grip == EXTERNAL else -gripper.opening_min_mm
+    length = gripper.finger_length_mm
+    return np.asarray(
+        (demands.class_of == list(problem.classes).index(gripper.gripper_type))
+        & (demands.reach_min_mm <= reach + SLACK)
+        & (reach <= demands.reach_max_mm + SLACK)
+        & (demands.length_min_mm <= length + SLACK)
+        & (length <= demands.length_max_mm + SLACK)
+    )
+
+
+def held_by_owned(problem: GripperSetProblem) -> BoolArray:
+    """(owned, a) the alternatives that each owned gripper holds."""
+    alternatives = [alternative for component in problem.components for alternative in component.alternatives]
+    held = [[gripper.satisfies(one, problem.release_clearance_mm) for one in alternatives] for gripper in problem.owned]
+    return np.array(held, dtype=bool).reshape(len(problem.owned), len(alternatives))
+
+
 def candidates_at_most(demands: Demands) -> int:
     """An upper bound on the number of candidates: for each critical reach, the alternatives that it may hold."""
     total = 0
@@ -109,18 +130,18 @@ def candidates_of(
     parameters: list[GripperParameters] = []
     figures: list[tuple[float, float, float, float, float]] = []  # new, reach, length, off step, cost
     held: list[IntArray] = []
-    for owned in problem.owned:
+    for owned, mask in zip(problem.owned, held_by_owned(problem), strict=True):
         parameters.append(owned)
         figures.append((0.0, 0.0, 0.0, 0.0, 0.0))
-        held.append(_held_by(owned, problem))
+        held.append(np.flatnonzero(mask))
     for index, (key, kind) in enumerate(problem.classes.items()):
         members = np.flatnonzero(demands.class_of == index)
         members = members[np.argsort(demands.reach_min_mm[members], kind="stable")]
         for window, reach in _windows(demands, members, widest_only=widest_only):
-            if ranges is not None and (key, _parameters(key, kind, reach, 0.0).opening_max_mm) not in ranges:
+            if ranges is not None and (key, parameters_at(key, kind, reach, 0.0).opening_max_mm) not in ranges:
                 continue
             for length, off_step in _lengths(problem, kind, demands, window, widest_only=widest_only):
-                parameters.append(_parameters(key, kind, reach, length))
+                parameters.append(parameters_at(key, kind, reach, length))
                 figures.append((1.0, reach, length, float(off_step), kind.cost))
                 inside = (demands.length_min_mm[window] <= length + SLACK) & (length <= demands.length_max_mm[window] + SLACK)
                 held.append(window[inside])
@@ -178,7 +199,8 @@ def _lengths(
     yield from sorted(lengths.items())
 
 
-def _parameters(key: str, kind: GripperClass, reach: float, length: float) -> GripperParameters:
+def parameters_at(key: str, kind: GripperClass, reach: float, length: float) -> GripperParameters:
+    """The gripper of a class with that reach (W⁺, or −W⁻ for an internal grip) and finger length."""
     if kind.grip == EXTERNAL:
         opening_min, opening_max = max(0.0, kind.opening_floor_mm, reach - kind.stroke_mm), reach
     else:
@@ -186,15 +208,6 @@ def _parameters(key: str, kind: GripperClass, reach: float, length: float) -> Gr
     return GripperParameters(
         gripper_type=key, opening_min_mm=opening_min, opening_max_mm=opening_max, finger_length_mm=length, grip=kind.grip
     )
-
-
-def _held_by(gripper: GripperParameters, problem: GripperSetProblem) -> IntArray:
-    satisfied = [
-        gripper.satisfies(alternative, problem.release_clearance_mm)
-        for component in problem.components
-        for alternative in component.alternatives
-    ]
-    return np.flatnonzero(np.array(satisfied, dtype=bool))
 
 
 def _incidence(members: list[IntArray], columns: int) -> scipy.sparse.csr_array:

@@ -14,7 +14,7 @@ from gripwright_builtin.optimizers.reduction import affordable, prices, undomina
 
 PROVEN = "proven"
 
-_ROWS_FIRST = 60  # components that a program begins with
+_ROWS_FIRST = 300  # components that a program begins with
 _ROWS_MORE = 0.4  # components added at a time, of those already there
 
 
@@ -126,7 +126,7 @@ class LexicographicCover:
     def _model(self, among: IntArray, figures: Sequence[FloatArray]) -> _Model:
         table = self._covers[among][:, self._rows] if self._least_held is None else self._holds[among]
         weighed = [figure[among] for figure in (*(figure for figure, _ in self._limits), *figures)] or [np.zeros(len(among))]
-        columns = among[undominated(table.toarray() > 0, np.stack(weighed, axis=1))]
+        columns = among[undominated(table.astype(bool).toarray(), np.stack(weighed, axis=1))]
         program = IntegerProgram()
         program.add_variables(len(columns), integer=True)
         program.add_rows(scipy.sparse.csr_array(self._covers[columns][:, self._rows].T), lower=1.0)

@@ -1,6 +1,5 @@
 """The smallest gripper set as a covering problem, solved exactly (paper, section 5.4)."""
 
-import math
 import time
 from typing import ClassVar
 
@@ -10,13 +9,18 @@ from pydantic import Field
 from gripwright.domain.gripper_set import ChosenGripper, GripperSet, GripperSetProblem
 from gripwright.domain.shape import IntArray
 from gripwright.plugin_api import Params, RunContext
-from gripwright_builtin.optimizers.candidates import Candidates, Demands, candidates_at_most, candidates_of, demands_of
-from gripwright_builtin.optimizers.objectives import PROVEN, LexicographicCover
+from gripwright_builtin.optimizers.candidates import (
+    Candidates,
+    Demands,
+    candidates_at_most,
+    candidates_of,
+    demands_of,
+    held_by_owned,
+)
+from gripwright_builtin.optimizers.fewest import NAME, Fewest, components_held, fewest
+from gripwright_builtin.optimizers.objectives import LexicographicCover
 from gripwright_builtin.optimizers.program import Solver
-from gripwright_builtin.optimizers.reduction import greedy_cover
 from gripwright_builtin.optimizers.shortening import shortened
-
-COUNT = "grippers"
 
 
 class SetCoverParams(Params):
@@ -45,56 +49,42 @@ class SetCoverOptimizer:
         """The smallest set, with its lower bound; `proven` only where the solver says so."""
         deadline_s = time.monotonic() + self._params.time_limit
         demands = demands_of(problem)
-        widest = candidates_of(problem, demands, widest_only=True)
-        coverable = np.flatnonzero(widest.covers.sum(axis=0) > 0)
-        uncoverable = tuple(np.delete(np.array([c.id for c in problem.components], dtype=object), coverable))
-        if not len(coverable):
-            return GripperSet(grippers=(), lower_bound=0, proven=True, candidates=0, uncoverable=uncoverable)
+        owned = held_by_owned(problem).any(axis=0)
+        coverable = np.unique(demands.component[(demands.class_of >= 0) | owned])
+        covered = np.isin(np.arange(len(problem.components)), coverable)
+        needed = np.setdiff1d(coverable, demands.component[owned])
         ctx.progress(0.1, "fewest grippers")
-        fewest = self._cover(widest, coverable, deadline_s)
-        if fewest.least_sum(COUNT, widest.new) is None or fewest.chosen is None:
-            fewest.chosen = greedy_cover(widest.covers[:, coverable])
+        smallest = fewest(problem, demands, needed, self._params.solver, deadline_s)
         ctx.progress(0.5, "best of the smallest sets")
-        candidates, chosen, detail = self._best(problem, demands, coverable, widest, fewest, deadline_s)
-        proven = fewest.detail[COUNT] == PROVEN
+        candidates, chosen, detail = self._best(problem, demands, coverable, smallest, deadline_s)
         return GripperSet(
             grippers=_grippers(problem, candidates, demands, chosen),
-            lower_bound=round(float(widest.new[fewest.chosen].sum())) if proven else math.ceil(fewest.bound - 1e-6),
-            proven=proven,
+            lower_bound=smallest.lower_bound,
+            proven=smallest.proven,
             candidates=len(candidates.new),
-            uncoverable=uncoverable,
-            detail={**fewest.detail, **detail},
+            uncoverable=tuple(component.id for i, component in enumerate(problem.components) if not covered[i]),
+            detail={NAME: smallest.detail, **detail},
         )
 
     def _best(
-        self,
-        problem: GripperSetProblem,
-        demands: Demands,
-        coverable: IntArray,
-        widest: Candidates,
-        fewest: LexicographicCover,
-        deadline_s: float,
+        self, problem: GripperSetProblem, demands: Demands, coverable: IntArray, smallest: Fewest, deadline_s: float
     ) -> tuple[Candidates, IntArray, dict[str, str]]:
         """The best of the smallest sets: candidates, which of them are chosen, and what is known of each objective."""
-        assert fewest.chosen is not None
-        count = float(widest.new[fewest.chosen].sum())
+        if not len(coverable):
+            return candidates_of(problem, demands), np.empty(0, dtype=np.int64), {}
         size = candidates_at_most(demands)
-        if size > self._params.candidates_max:
-            ranges = frozenset((p.gripper_type, p.opening_max_mm) for p in (widest.parameters[i] for i in fewest.chosen))
-            near = candidates_of(problem, demands, ranges=ranges)
-            same = [near.parameters.index(widest.parameters[i]) for i in fewest.chosen]
-            reason = f"shortened one by one, not proven: {size} candidates are more than {self._params.candidates_max}"
-            return near, shortened(near, np.array(same)), {"finger lengths": reason}
-        candidates = candidates_of(problem, demands)
-        cover = self._cover(candidates, coverable, deadline_s)
-        cover.limit(candidates.new, count, fewest.prices, fewest.bound)
-        _prefer(cover, candidates, in_sequence=problem.in_sequence)
-        if cover.chosen is None:
-            return widest, fewest.chosen, cover.detail
-        return candidates, cover.chosen, cover.detail
-
-    def _cover(self, candidates: Candidates, coverable: IntArray, deadline_s: float) -> LexicographicCover:
-        return LexicographicCover(candidates.covers[:, coverable], candidates.holds, self._params.solver, deadline_s)
+        if size <= self._params.candidates_max:
+            candidates = candidates_of(problem, demands)
+            cover = LexicographicCover(candidates.covers[:, coverable], candidates.holds, self._params.solver, deadline_s)
+            cover.limit(candidates.new, len(smallest.grippers), smallest.prices[coverable], smallest.bound)
+            _prefer(cover, candidates, in_sequence=problem.in_sequence)
+            if cover.chosen is not None:
+                return candidates, cover.chosen, cover.detail
+        ranges = frozenset((gripper.gripper_type, gripper.opening_max_mm) for gripper in smallest.grippers)
+        near = candidates_of(problem, demands, ranges=ranges)
+        held = np.array([components_held(gripper, problem, demands) for gripper in smallest.grippers])
+        reason = f"shortened one by one, not proven: {size} candidates are more than {self._params.candidates_max}"
+        return near, shortened(near, smallest.grippers, held), {"finger lengths": reason}
 
 
 def _prefer(cover: LexicographicCover, candidates: Candidates, *, in_sequence: bool) -> None:
