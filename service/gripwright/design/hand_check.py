@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gripwright.design.motion import Sweeps, sampled, stations
+from gripwright.design.motion import Sweeps, sampled
 from gripwright.domain.grasp import EXTERNAL, Grasp
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.collision import ConvexShape, Scene
@@ -19,7 +19,7 @@ from gripwright.plugin_api import HandModel
 
 BEHIND_MM = 300.0  # actuator, tool changer and wrist: nothing may come nearer to the palm's back
 LENGTH_LIMIT_MM = 250.0  # longer fingers are not considered
-_BISECT_MM = 0.005
+_BISECT_MM, _BISECT_TURNING_MM = 0.008, 0.5  # where the motion turns, each length has sweeps of its own
 _ENTER_MM = 0.004  # the closed finger's gripping surface is drawn back by this against the component that it touches
 _ROUGH_MM = 0.3  # before the grasp is seated
 
@@ -58,7 +58,8 @@ class HandCheck:
 
     def __init__(self, scene: OperationScene, hand: HandModel) -> None:
         self._scene, self._hand = scene, hand
-        self._sweeps = Sweeps(stations(scene.motion))
+        self._sweeps = Sweeps(scene.motion)
+        self.resolution_mm = _BISECT_TURNING_MM if self._sweeps.turning else _BISECT_MM
         self._far = scene.far_mm
         self._start, self._end = scene.motion[0], scene.motion[-1]
         self._glances = sampled(scene.motion[[0, -1]], 4)[:0:-1]  # from the end, where things are close
@@ -99,7 +100,7 @@ class HandCheck:
         if self.seated(grasp, LENGTH_LIMIT_MM) is None:
             return float("inf")
         low, high = finger_length_min_mm, LENGTH_LIMIT_MM
-        while high - low > _BISECT_MM:
+        while high - low > self.resolution_mm:
             middle = (low + high) / 2.0
             low, high = (middle, high) if self.seated(grasp, middle) is None else (low, middle)
         return low
@@ -200,7 +201,7 @@ class _PalmCheck:
         if hit is not None:
             return np.inf, Miss(stage=4, code="collision", detail=f"the palm hits {hit} with fingers of {high:.0f} mm too")
         low = low_mm
-        while high - low > _BISECT_MM:
+        while high - low > self._check.resolution_mm:
             middle = (low + high) / 2.0
             low, high = (low, middle) if self.hit(middle) is None else (middle, high)
         return high, None

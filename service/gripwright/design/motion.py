@@ -9,47 +9,87 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import expm, logm
 from scipy.spatial.transform import Rotation
 
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.collision import ConvexShape, Scene
 from gripwright.geometry.frames import inverse
-from gripwright.geometry.solids import dilated, hull_vertices, swept
+from gripwright.geometry.solids import dilated, swept
 
 _ARC_RAD = np.radians(9.0)
 _STILL = 1e-9
+_ROUNDING_MM = 1e-3  # shapes are shared between grasps whose moves differ by less
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Stations:
-    """A motion as poses between which every arc is short: n displacements of the active subassembly, n − 1 steps."""
+class Stretch:
+    """Part of a motion as poses between which every arc is short: n displacements of the active subassembly, n − 1 steps.
+
+    Of a screw motion of several turns it holds the first turn; `drift_P` leads from there to the last one. What lies between
+    is swept with it: a hand is higher than a thread's pitch.
+    """
 
     poses: FloatArray  # (n, 4, 4), product frame
     arcs_rad: FloatArray  # (n - 1,) rotation of each step, 0 for a straight one
     axes_P: FloatArray  # (n - 1, 2, 3) point and direction of each step's screw axis
+    drift_P: FloatArray  # (3,)
+
+    @property
+    def uniform(self) -> bool:
+        """Whether every step repeats one and the same displacement."""
+        moves = self.poses[1:] @ inverse(self.poses[:-1])  # (n - 1, 4, 4)
+        return bool(np.abs(moves - moves[:1]).max(initial=0.0) < 1e-6)
 
 
-def stations(motion: FloatArray) -> Stations:
-    """The motion (k, 4, 4) as stations; neighbouring straight legs in one direction are joined."""
-    poses, arcs, axes = [motion[0]], [0.0], [np.zeros((2, 3))]
-    for end in motion[1:]:
-        move = end @ inverse(poses[-1])
+def stretches(motion: FloatArray) -> list[Stretch]:
+    """The motion (k, 4, 4) as stretches; neighbouring straight legs in one direction are joined, turns of a thread too."""
+    result: list[Stretch] = []
+    for leg in _legs(motion):
+        move = leg[-1] @ inverse(leg[0]) if len(leg) == 2 else leg[1] @ inverse(leg[0])
         angle = _turn_rad(move)
         if angle < 1e-7:
-            along = end[:3, 3] - poses[-1][:3, 3]
-            if np.linalg.norm(along) < _STILL:
-                continue
-            if len(poses) > 1 and arcs[-1] == 0.0 and _same_direction(along, poses[-1][:3, 3] - poses[-2][:3, 3]):
-                poses[-1] = end
-                continue
-            poses, arcs, axes = [*poses, end], [*arcs, 0.0], [*axes, np.zeros((2, 3))]
+            result.append(_stretch([leg[0], leg[-1]], 0.0, np.zeros((2, 3)), np.zeros(3)))
             continue
-        parts = int(np.ceil(angle / _ARC_RAD))
-        axis = _screw_axis(move)
-        for pose in _divided(poses[-1], end, parts):
-            poses, arcs, axes = [*poses, pose], [*arcs, angle / parts], [*axes, axis]
-    return Stations(poses=np.array(poses), arcs_rad=np.array(arcs[1:]), axes_P=np.array(axes[1:]).reshape(-1, 2, 3))
+        axis, parts = _screw_axis(move), int(np.ceil(angle / _ARC_RAD))
+        turns = angle * (len(leg) - 1) / (2.0 * np.pi)
+        kept = leg if turns <= 1.0 else leg[: int(np.ceil(2.0 * np.pi / angle)) + 1]
+        poses = [kept[0]]
+        for start, end in pairwise(kept):
+            poses += _divided(start, end, parts)
+        rise = (axis[1] @ move[:3, 3]) * (2.0 * np.pi / angle) * np.floor(turns) if turns > 1.0 else 0.0
+        result.append(_stretch(poses, angle / parts, axis, rise * axis[1]))
+    return result
+
+
+def _stretch(poses: list[FloatArray], arc_rad: float, axis: FloatArray, drift: FloatArray) -> Stretch:
+    count = len(poses) - 1
+    return Stretch(poses=np.array(poses), arcs_rad=np.full(count, arc_rad), axes_P=np.tile(axis, (count, 1, 1)), drift_P=drift)
+
+
+def _legs(motion: FloatArray) -> list[list[FloatArray]]:
+    """Neighbouring poses that differ by one and the same move, together; poses that do not differ, left out."""
+    legs: list[list[FloatArray]] = []
+    for start, end in pairwise(motion):
+        move = end @ inverse(start)
+        turns = _turn_rad(move) >= 1e-7
+        if not turns and np.linalg.norm(move[:3, 3]) < _STILL:
+            continue
+        before = legs[-1][-1] @ inverse(legs[-1][-2]) if legs else None
+        if before is None or not (_repeats(before, move) if turns else _goes_on(before, move)):
+            legs.append([start, end])
+        else:
+            legs[-1].append(end)
+    return legs
+
+
+def _repeats(before: FloatArray, move: FloatArray) -> bool:
+    return bool(np.abs(before - move).max() < 1e-5)
+
+
+def _goes_on(before: FloatArray, move: FloatArray) -> bool:
+    a, b = before[:3, 3], move[:3, 3]
+    length = np.linalg.norm(a) * np.linalg.norm(b)
+    return bool(_turn_rad(before) < 1e-7 and np.linalg.norm(np.cross(a, b)) < 1e-9 * length and a @ b > 0)
 
 
 def sampled(motion: FloatArray, count: int) -> list[FloatArray]:
@@ -64,11 +104,17 @@ def sampled(motion: FloatArray, count: int) -> list[FloatArray]:
 
 def _divided(start: FloatArray, end: FloatArray, parts: int) -> list[FloatArray]:
     """The ends of `parts` equal screw motions from start to end."""
-    part = np.real(expm(np.real(logm(end @ inverse(start))) / parts))
-    poses = [start]
-    for _ in range(parts - 1):
-        poses.append(part @ poses[-1])
-    return [*poses[1:], end]
+    move = end @ inverse(start)
+    shares = np.arange(1, parts) / parts
+    turn = _rotation(move)
+    moves = np.tile(np.eye(4), (parts - 1, 1, 1))
+    moves[:, :3, 3] = shares[:, None] * move[:3, 3]
+    if turn.magnitude() > 1e-7 and parts > 1:
+        point, direction = _screw_axis(move)
+        moves[:, :3, :3] = Rotation.from_rotvec(shares[:, None] * turn.as_rotvec()).as_matrix()
+        rise = shares[:, None] * (direction @ move[:3, 3]) * direction
+        moves[:, :3, 3] = point - moves[:, :3, :3] @ point + rise
+    return [*(moves @ start), end]
 
 
 def _size(move: FloatArray) -> float:
@@ -76,18 +122,17 @@ def _size(move: FloatArray) -> float:
     return float(np.linalg.norm(move[:3, 3])) + 50.0 * _turn_rad(move)
 
 
+def _rotation(move: FloatArray) -> Rotation:
+    return Rotation.from_matrix(move[:3, :3])
+
+
 def _turn_rad(move: FloatArray) -> float:
-    return float(np.linalg.norm(Rotation.from_matrix(move[:3, :3]).as_rotvec()))
-
-
-def _same_direction(a: FloatArray, b: FloatArray) -> bool:
-    length = np.linalg.norm(a) * np.linalg.norm(b)
-    return bool(np.linalg.norm(np.cross(a, b)) < 1e-9 * length and a @ b > 0)
+    return float(_rotation(move).magnitude())
 
 
 def _screw_axis(move: FloatArray) -> FloatArray:
     """Point and direction (2, 3) of the screw axis of a rigid motion with rotation: (I − R) p = t, perpendicular to the axis."""
-    direction = Rotation.from_matrix(move[:3, :3]).as_rotvec()
+    direction = _rotation(move).as_rotvec()
     direction /= np.linalg.norm(direction)
     translation = move[:3, 3] - direction * (direction @ move[:3, 3])
     point = np.linalg.lstsq(np.eye(3) - move[:3, :3], translation, rcond=None)[0]
@@ -97,8 +142,10 @@ def _screw_axis(move: FloatArray) -> FloatArray:
 class Sweeps:
     """Shapes of convex solids, still and swept, kept for the next grasp that needs the same."""
 
-    def __init__(self, way: Stations) -> None:
-        self._way = way
+    def __init__(self, motion: FloatArray) -> None:
+        self._way = stretches(motion)
+        self._uniform = [stretch.uniform for stretch in self._way]
+        self.turning = any(stretch.arcs_rad.any() for stretch in self._way)
         self._shapes: dict[tuple[bytes, ...], ConvexShape] = {}
 
     def still(self, vertices: FloatArray) -> ConvexShape:
@@ -110,40 +157,54 @@ class Sweeps:
 
     def first_hit(self, scene: Scene, vertices: FloatArray, margin_mm: float, X_PB: FloatArray) -> str | None:
         """What the solid (frame B, which stands at D · X_PB when the subassembly is displaced by D) hits along the motion."""
-        placed = self._way.poses @ X_PB  # (n, 4, 4)
-        ranges = [(0, len(placed) - 1)] if len(placed) > 1 else []
+        for k in range(len(self._way) - 1, -1, -1):  # the end, where things are close, comes first
+            hit = self._hit_on(k, scene, vertices, margin_mm, X_PB)
+            if hit is not None:
+                return hit
+        return None
+
+    def _hit_on(self, k: int, scene: Scene, vertices: FloatArray, margin_mm: float, X_PB: FloatArray) -> str | None:
+        placed = self._way[k].poses @ X_PB  # (n, 4, 4)
+        ranges = [(0, len(placed) - 1)]
         while ranges:
             start, end = ranges.pop()
-            hit = scene.first_hit(self._swept(vertices, margin_mm, placed, start, end), placed[start])
+            hit = scene.first_hit(self._swept(k, vertices, margin_mm, placed, start, end), placed[start])
             if hit is None:
                 continue
             if end - start == 1:
                 return hit
             middle = (start + end) // 2
-            ranges += [(start, middle), (middle, end)]  # the end, where things are close, comes first
+            ranges += [(start, middle), (middle, end)]
         return None
 
-    def _swept(self, vertices: FloatArray, margin_mm: float, placed: FloatArray, start: int, end: int) -> ConvexShape:
-        """Hull of the solid between two stations, in its frame at the first."""
-        moves = np.round(inverse(placed[start]) @ placed[start : end + 1], 6)  # (k, 4, 4)
-        grown = np.ceil((margin_mm + self._sagitta_mm(vertices, placed, start, end)) * 1e3) / 1e3
-        key = (vertices.tobytes(), moves.tobytes(), np.float64(grown).tobytes())
+    def _swept(self, k: int, vertices: FloatArray, margin_mm: float, placed: FloatArray, start: int, end: int) -> ConvexShape:
+        """Hull of the solid between two stations of a stretch, in its frame at the first."""
+        stops = placed[start : start + 2] if self._uniform[k] else placed[start : end + 1]  # one step tells the others
+        moves = np.round(inverse(placed[start]) @ stops[1:], 5)
+        drift = np.round(placed[start, :3, :3].T @ self._way[k].drift_P, 5)
+        key = (vertices.tobytes(), moves.tobytes(), drift.tobytes(), np.array([margin_mm, end - start]).tobytes())
         if key not in self._shapes:
-            body = dilated(vertices, float(grown))
-            if end - start == 1 and self._way.arcs_rad[start] == 0.0:
-                points = swept(body, moves[-1, :3, 3])
-            else:
-                points = np.einsum("kij,nj->kni", moves[:, :3, :3], body) + moves[:, None, :3, 3]
-                points = hull_vertices(points.reshape(-1, 3))
-            self._shapes[key] = ConvexShape(points)
+            self._shapes[key] = ConvexShape(_hull(self._way[k], vertices, margin_mm, placed[start : end + 1], start))
         return self._shapes[key]
 
-    def _sagitta_mm(self, vertices: FloatArray, placed: FloatArray, start: int, end: int) -> float:
-        """By how much an arc leaves the chord between neighbouring stations, at the most."""
-        turning = start + np.flatnonzero(self._way.arcs_rad[start:end])
-        if len(turning) == 0:
-            return 0.0
-        corners = np.einsum("kij,nj->kni", placed[turning, :3, :3], vertices) + placed[turning, None, :3, 3]
-        arms = np.cross(corners - self._way.axes_P[turning, None, 0], self._way.axes_P[turning, None, 1])
-        reach = np.linalg.norm(arms, axis=2).max(axis=1)  # (k,)
-        return float((reach * (1.0 - np.cos(self._way.arcs_rad[turning] / 2.0))).max())
+
+def _hull(stretch: Stretch, vertices: FloatArray, margin_mm: float, placed: FloatArray, start: int) -> FloatArray:
+    """Points whose hull holds the solid's sweep over the stations `placed` (k, 4, 4), the first of them number `start`."""
+    moves = inverse(placed[0]) @ placed
+    turning = stretch.arcs_rad[start] > 0.0
+    if len(placed) == 2 and not turning:
+        return swept(dilated(vertices, margin_mm + _ROUNDING_MM), np.round(moves[-1, :3, 3], 9))
+    grown = margin_mm + _ROUNDING_MM + (_sagitta_mm(stretch, vertices, placed, start) if turning else 0.0)
+    points = np.einsum("kij,nj->kni", moves[:, :3, :3], dilated(vertices, grown)) + moves[:, None, :3, 3]
+    points = points.reshape(-1, 3)
+    if stretch.drift_P.any():
+        points = np.concatenate([points, points + placed[0, :3, :3].T @ stretch.drift_P])
+    return np.asarray(points)
+
+
+def _sagitta_mm(stretch: Stretch, vertices: FloatArray, placed: FloatArray, start: int) -> float:
+    """By how much the arc of a step leaves its chord, at the most; all steps of a turning stretch turn about one axis."""
+    corners = vertices @ placed[0, :3, :3].T + placed[0, :3, 3]
+    point, direction = stretch.axes_P[start]
+    arm = np.linalg.norm(np.cross(corners - point, direction), axis=1).max()
+    return float(arm * (1.0 - np.cos(stretch.arcs_rad[start] / 2.0)))

@@ -22,9 +22,8 @@ from gripwright.plugin_api import HandModel, RunContext
 Envelopes = Callable[[str, float], FloatArray]
 """(gripper type, opening width) → radii of the palm envelopes that the actuators at hand need, ascending."""
 
-_ENOUGH, _ENOUGH_LEAST, _STATIONS = 48, 6, 20
-"""Free grasps of one requirement after which no more are judged: planners name the best of every direction first. Along a
-motion of more than so many stations (threads) fewer do."""
+_ENOUGH = 48
+"""Free grasps of one requirement after which no more are judged: planners name the best of every direction first."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -94,14 +93,13 @@ class _Judge:
         """The first `_ENOUGH` free grasps in the planner's order, and why those before them are not free."""
         free: list[FreeGrasp] = []
         misses: list[Miss] = []
-        enough = max(_ENOUGH * _STATIONS // max(check.stations, _STATIONS), _ENOUGH_LEAST)
         for grasp in grasps:
             verdict = self.judge(grasp, hand, check, radius_mm)
             if isinstance(verdict, Miss):
                 misses.append(verdict)
                 continue
             free.append(verdict)
-            if len(free) >= enough:
+            if len(free) == _ENOUGH:
                 break
         return free, misses
 
