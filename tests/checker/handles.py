@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from checker.contact import contact_height
+from checker.contact import PITCH_MM, contact_height
 from checker.fault import Fault, Limits
 from checker.gripper import Gripper, finger_pose
 from checker.motion import Screw, nearest_approach, screws
@@ -17,6 +17,7 @@ from checker.package import Body, Operation, Package
 from checker.shapes import Array, Shape, box_corners, placed
 
 FLUSH_MM = 0.01  # lying flush is not entering
+GIVING_WAY_MM = (FLUSH_MM, 0.05, 0.2, 1.0)
 TOUCH_GAP_MM = 0.05
 GAP_TOLERANCE_MM, GAP_TOLERANCE = 0.1, 0.05
 GAP_ACCURACY = 0.02
@@ -85,7 +86,7 @@ def _touch(scene: Scene, limits: Limits) -> Iterator[Finding]:
     for i, angle in enumerate(scene.gripper.angles_rad, start=1):
         to_finger = np.linalg.inv(finger_pose(angle, scene.width_mm))
         height = contact_height(scene.gripper.finger, placed(scene.held, to_finger), -scene.gripper.outward)
-        if height < required - FLUSH_MM - 0.1:  # one step of the contact's grid
+        if height < required - 1.1 * PITCH_MM:
             yield "touch", f"finger {i} touches {height:.2f} mm high, at least {required:.2f} mm"
 
 
@@ -117,17 +118,19 @@ def _enter(scene: Scene) -> Iterator[Finding]:
         if not solids:
             continue
         active = Shape(solids)
-        for yielding in (FLUSH_MM, 0.05, 0.2, 1.0, np.inf):
-            if np.isinf(yielding) or not _meets(scene, active, yielding):
-                break
-        if yielding > FLUSH_MM:
-            yield "enter", f"the gripper enters {name}, free only when it gives way {yielding} mm"
+        freed = next((give for give in GIVING_WAY_MM if not _meets(scene, active, give)), None)
+        if freed != FLUSH_MM:
+            yield (
+                "enter",
+                f"the gripper enters {name}, " + (f"by up to {freed} mm" if freed else f"by over {GIVING_WAY_MM[-1]} mm"),
+            )
 
 
-def _meets(scene: Scene, active: Shape, yielding_mm: float) -> bool:
+def _meets(scene: Scene, active: Shape, giving_way_mm: float) -> bool:
+    """Whether the gripper, let go and drawn back by so much, still cuts or holds something of the active solids."""
     back = np.eye(4)
-    back[2, 3] = -yielding_mm
-    opening = scene.width_mm + 2 * yielding_mm * scene.gripper.outward
+    back[2, 3] = -giving_way_mm
+    opening = scene.width_mm + 2 * giving_way_mm * scene.gripper.outward
     gripper = Shape([placed(solid, back) for solid in scene.gripper.solids(opening)])
     return gripper.distance(active) == 0 or gripper.is_inside(active)
 
