@@ -13,6 +13,7 @@ from gripwright.domain.gripper_set import ChosenGripper, ComponentAlternatives, 
 from gripwright.plugin_api import GripperOptimizer, RunContext
 
 _FINGERS = re.compile(r"-([1-9][0-9]?)$")
+_DECIMALS = 9  # of W⁻, a difference: 33.3 − 8 is 25.3
 _LENGTH_MAX_MM = 1e6  # what is larger is no length
 
 Length = Annotated[float, Field(ge=0, le=_LENGTH_MAX_MM)]
@@ -123,7 +124,7 @@ def _gripper(gripper: ChosenGripper) -> dict[str, Any]:
     return {
         "gripper_type": parameters.gripper_type,
         "fingers": fingers_of(parameters.gripper_type),
-        "opening_min": parameters.opening_min_mm,
+        "opening_min": round(parameters.opening_min_mm, _DECIMALS),
         "opening_max": parameters.opening_max_mm,
         "finger_length": parameters.finger_length_mm,
         "components": list(gripper.holds),

@@ -59,7 +59,8 @@ class HandCheck:
     def __init__(self, scene: OperationScene, hand: HandModel) -> None:
         self._scene, self._hand = scene, hand
         self._sweeps = Sweeps(scene.motion)
-        self.resolution_mm = _BISECT_TURNING_MM if self._sweeps.turning else _BISECT_MM
+        self.turning = self._sweeps.turning
+        self.resolution_mm = _BISECT_TURNING_MM if self.turning else _BISECT_MM
         self._far = scene.far_mm
         self._start, self._end = scene.motion[0], scene.motion[-1]
         self._glances = sampled(scene.motion[[0, -1]], 4)[:0:-1]  # from the end, where things are close
@@ -87,9 +88,15 @@ class HandCheck:
         """L⁻ for each palm envelope (ascending), by bisection of the palm's level; inf where no length helps."""
         result = np.full(len(envelopes_mm), np.inf)
         low = max(tips_mm, 1.0)
+        if self.turning:  # what is free for a large palm is free for a small one
+            for k in range(len(envelopes_mm) - 1, -1, -1):
+                found, miss = _PalmCheck(self, grasp, float(envelopes_mm[k])).least_length(low)
+                if miss is None:
+                    result[: k + 1] = found
+                    return result, None
+            return result, miss
         for k, envelope in enumerate(envelopes_mm):
-            palm = _PalmCheck(self, grasp, float(envelope))
-            found, miss = palm.least_length(low)
+            found, miss = _PalmCheck(self, grasp, float(envelope)).least_length(low)
             if miss is not None:
                 return result, miss if k == 0 else None
             result[k] = low = found

@@ -10,11 +10,15 @@ import numpy as np
 from gripwright.design import catalogue
 from gripwright.design.plan import Plan
 from gripwright.domain.assembly import AssemblyTask, Component, Operation
+from gripwright.domain.errors import Rejection
 from gripwright.domain.gripper import Actuator, Gripper
 from gripwright.domain.shape import Mesh
 
 Ref = str
 """Identity of a stored stage result or input: a hash of what it was made from."""
+
+_ATTEMPTS = 6
+"""Selections before the operations of grippers that cannot be made are given up."""
 
 _NO_MESH = Mesh(vertices_mm=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int64))
 
@@ -42,23 +46,21 @@ class Runner(Protocol):
 def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner: Runner) -> Ref:
     """The whole job: from an assembly task and a catalogue to a `DesignResult`."""
     chosen = _ref(runner.put(catalogue.select(actuators, plan.actuators)))
-    catalogued = _ref(runner.put(tuple(actuators)))
     meshes = [runner.put(component.mesh) for component in task.components]
     shapes = _analyse(list(dict.fromkeys(meshes)), runner)
     parts = _participants(task, meshes, shapes, runner)
     scenes = [_operation_inputs(operation, task, parts, runner) for operation in task.operations]
     verdicts = _refs(runner.map("constraints", [{**scene, "actuators": chosen} for scene in scenes]))
     skeleton = _ref(runner.put(_without_meshes(task)))
-    (selection,) = runner.map("select", [{"task": skeleton, "verdicts": verdicts, "actuators": chosen, "catalogue": catalogued}])
+    selection, cads = _grippers({"task": skeleton, "verdicts": verdicts, "actuators": chosen}, runner)
     grippers: Sequence[Gripper] = runner.get(selection).grippers
     given = [_ref(runner.put(gripper)) for gripper in grippers]
-    cads = _refs(runner.map("fingers", [{"gripper": gripper} for gripper in given]))
     of_operation = dict(zip((operation.id for operation in task.operations), scenes, strict=True))
     checks = runner.map(
         "verify",
         [
             {"gripper": ref, "cad": cad, "operations": [of_operation[handle.operation] for handle in gripper.handles]}
-            for gripper, ref, cad in zip(grippers, given, cads, strict=True)
+            for gripper, ref, cad in zip(grippers, given, _refs(cads), strict=True)
         ],
     )
     (result,) = runner.map(
@@ -69,12 +71,37 @@ def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner
                 "analyses": [part["analysis"] for part in parts.values()],
                 "verdicts": verdicts,
                 "selection": _ref(selection),
-                "cads": cads,
+                "cads": _refs(cads),
                 "checks": _refs(checks),
             }
         ],
     )
     return result
+
+
+def _grippers(problem: Mapping[str, Any], runner: Runner) -> tuple[Ref, list[Ref]]:
+    """The gripper set and the CAD of each gripper.
+
+    Where no finger can be made for what a gripper has to bear, its heaviest grasp is barred, and with it all that are
+    heavier in that operation, and the set is chosen again; after `_ATTEMPTS` the operations of such grippers are barred.
+    """
+    barred: dict[str, dict[str, Any]] = {}
+    for attempt in range(_ATTEMPTS + 1):
+        (selection,) = runner.map("select", [{**problem, "barred": barred}])
+        grippers: Sequence[Gripper] = runner.get(selection).grippers
+        cads = runner.map("fingers", [{"gripper": _ref(runner.put(gripper))} for gripper in grippers])
+        refused = [
+            (gripper, cad) for gripper, cad in zip(grippers, map(runner.get, cads), strict=True) if isinstance(cad, Rejection)
+        ]
+        if not refused:
+            break
+        for gripper, cad in refused:
+            heaviest = max(gripper.handles, key=lambda handle: handle.hold.required_force_N)
+            last = attempt >= _ATTEMPTS - 1
+            for handle in gripper.handles if last else (heaviest,):
+                limit = 0.0 if last else handle.hold.required_force_N
+                barred = {**barred, handle.operation: {"force": limit, "detail": cad.detail}}
+    return selection, cads
 
 
 def _analyse(meshes: Sequence[Ref], runner: Runner) -> dict[Ref, tuple[Ref, Ref]]:

@@ -16,7 +16,7 @@ class Plan(BaseModel):
     plan: Literal["default", "paper"] = Field("default", description="'paper': the paper's own method and no more")
     segmenter: str = Field("sdf", description="key of the segmenter")
     fitters: tuple[str, ...] = Field(("cylinder", "box"), min_length=1, description="keys of the primitive fitters that compete")
-    affordance: tuple[str, ...] = Field(("marked",), description="keys of the affordance detectors")
+    affordance: tuple[str, ...] = Field(("marked", "threads", "teeth"), description="keys of the affordance detectors")
     rules: tuple[str, ...] = Field(
         ("three_finger_cylinder", "two_finger_box"), min_length=1, description="keys of the gripper rules, preferred first"
     )

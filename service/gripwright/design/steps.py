@@ -194,7 +194,28 @@ def _held_scene(inputs: Mapping[str, Any], held: Participant, plan: Plan) -> tup
 
 
 def _select(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:
-    return select.select(inputs["task"], inputs["verdicts"], inputs["actuators"], select.options_of(plan), toolbox, ctx)
+    verdicts = [_without_barred(verdict, inputs["barred"].get(verdict.operation)) for verdict in inputs["verdicts"]]
+    return select.select(inputs["task"], verdicts, inputs["actuators"], select.options_of(plan), toolbox, ctx)
+
+
+def _without_barred(verdict: OperationVerdict, barred: Mapping[str, Any] | None) -> OperationVerdict:
+    """The verdict without the grasps that need at least the barred force: no finger bears it."""
+    if barred is None:
+        return verdict
+    return dataclasses.replace(
+        verdict,
+        components={
+            name: tuple(_lighter(segment, barred["force"], barred["detail"]) for segment in segments)
+            for name, segments in verdict.components.items()
+        },
+    )
+
+
+def _lighter(segment: SegmentVerdict, force_N: float, detail: str) -> SegmentVerdict:
+    free = tuple(grasp for grasp in segment.free if grasp.hold.required_force_N < force_N)
+    if len(free) == len(segment.free):
+        return segment
+    return dataclasses.replace(segment, free=free, rejection=None if free else Rejection("not-held", detail))
 
 
 def _fingers(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:

@@ -22,7 +22,7 @@ from gripwright.plugin_api import HandModel, RunContext
 Envelopes = Callable[[str, float], FloatArray]
 """(gripper type, opening width) → radii of the palm envelopes that the actuators at hand need, ascending."""
 
-_ENOUGH = 48
+_ENOUGH, _ENOUGH_TURNING = 48, 12
 """Free grasps of one requirement after which no more are judged: planners name the best of every direction first."""
 
 
@@ -99,7 +99,7 @@ class _Judge:
                 misses.append(verdict)
                 continue
             free.append(verdict)
-            if len(free) == _ENOUGH:
+            if len(free) == (_ENOUGH_TURNING if check.turning else _ENOUGH):
                 break
         return free, misses
 
