@@ -159,7 +159,7 @@ def score_of(chosen: tuple[Item, ...], problem: GripperSetProblem, sequence: lis
         sum(f[2] for f in new),
         max((f[3] for f in new), default=0.0),
         sum(f[3] for f in new),
-        -len(frozenset().union(*(item.held for item in chosen))),
+        0 if problem.in_sequence else -len(frozenset().union(*(item.held for item in chosen))),
         sum(f[4] for f in new),
     )
 

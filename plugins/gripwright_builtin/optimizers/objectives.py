@@ -94,15 +94,15 @@ class LexicographicCover:
         self._rows = np.arange(self._covers.shape[1])
         self._most_changes = float(self._covers.shape[1])
         model, outcome = self._solve(self._alive, lambda model: model.changes)
-        bound = model.program.relaxation(model.changes) if not outcome.proven else 0.0
-        self._most_changes = outcome.objective if self._note(name, outcome, bound) else None
+        self._most_changes = (
+            outcome.objective if self._note(name, outcome, self._relaxed(model, model.changes, outcome)) else None
+        )
 
     def most_held(self, name: str) -> None:
         """Most alternatives held by the chosen ones."""
         self._least_held = 0.0
         model, outcome = self._solve(self._alive, lambda model: model.unheld)
-        bound = model.program.relaxation(model.unheld) if not outcome.proven else 0.0
-        self._least_held = -outcome.objective if self._note(name, outcome, bound) else None
+        self._least_held = -outcome.objective if self._note(name, outcome, self._relaxed(model, model.unheld, outcome)) else None
 
     def _solve(
         self, among: IntArray, objective: Callable[[_Model], FloatArray], figures: Sequence[FloatArray] = ()
@@ -150,10 +150,16 @@ class LexicographicCover:
     def _note(self, name: str, outcome: Outcome, bound: float) -> bool:
         """Write down what is known of an objective; whether a choice was found."""
         if outcome.values is None:
-            self.detail[name] = f"not reached in the time, at least {bound:.6g} by relaxation"
+            self.detail[name] = "not reached in the time"
             return False
         self.detail[name] = PROVEN if outcome.proven else f"{outcome.objective:.6g} reached in the time, at least {bound:.6g}"
         return True
+
+    def _relaxed(self, model: _Model, objective: FloatArray, outcome: Outcome) -> float:
+        """Lower bound of an objective that was reached and is not proven; otherwise nobody asks for it."""
+        if outcome.proven or outcome.values is None:
+            return -np.inf
+        return model.program.relaxation(objective, self._deadline_s - time.monotonic())
 
     def _price(self, columns: IntArray, figures: FloatArray) -> None:
         """Bound of a sum by its relaxation, and the prices that prove it."""

@@ -64,11 +64,16 @@ class IntegerProgram:
         values = np.where(self._integer, np.round(values), values)
         return Outcome(values=values, objective=float(costs @ values), proven=proven)
 
-    def relaxation(self, objective: FloatArray) -> float:
-        """Optimum when every variable may be a fraction: a lower bound; −inf where the solver gave up."""
+    def relaxation(self, objective: FloatArray, time_limit_s: float) -> float:
+        """Optimum when every variable may be a fraction: a lower bound; −inf where the time did not suffice."""
         costs = np.zeros(self.size)
         costs[: len(objective)] = objective
-        result = scipy.optimize.milp(costs, bounds=scipy.optimize.Bounds(0.0, 1.0), constraints=self._constraints())
+        result = scipy.optimize.milp(
+            costs,
+            bounds=scipy.optimize.Bounds(0.0, 1.0),
+            constraints=self._constraints(),
+            options={"time_limit": max(time_limit_s, 1.0)},
+        )
         return float(result.fun) if result.status == 0 else -np.inf
 
     def _matrix(self) -> scipy.sparse.csr_array:

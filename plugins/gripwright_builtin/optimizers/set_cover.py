@@ -98,7 +98,8 @@ def _prefer(cover: LexicographicCover, candidates: Candidates, *, in_sequence: b
         cover.least_sum("finger lengths off the step", candidates.off_step)
     cover.least_maximum("longest finger", candidates.length_mm)
     cover.least_sum("finger lengths", candidates.length_mm)
-    cover.most_held("alternatives held")
+    if not in_sequence:
+        cover.most_held("alternatives held")
     cover.least_sum("opening ranges", candidates.reach_mm)
 
 
