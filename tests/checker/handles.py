@@ -20,7 +20,7 @@ FLUSH_MM = 0.01  # lying flush is not entering
 GIVING_WAY_MM = (FLUSH_MM, 0.05, 0.2, 1.0)
 TOUCH_GAP_MM = 0.05
 GAP_TOLERANCE_MM, GAP_TOLERANCE = 0.1, 0.05
-GAP_ACCURACY = 0.02
+GAP_ACCURACY = 0.04
 
 Finding = tuple[str, str]  # promise, detail
 
@@ -120,10 +120,8 @@ def _enter(scene: Scene) -> Iterator[Finding]:
         active = Shape(solids)
         freed = next((give for give in GIVING_WAY_MM if not _meets(scene, active, give)), None)
         if freed != FLUSH_MM:
-            yield (
-                "enter",
-                f"the gripper enters {name}, " + (f"by up to {freed} mm" if freed else f"by over {GIVING_WAY_MM[-1]} mm"),
-            )
+            depth = f"up to {freed}" if freed else f"over {GIVING_WAY_MM[-1]}"
+            yield "enter", f"the gripper enters {name} by {depth} mm"
 
 
 def _meets(scene: Scene, active: Shape, giving_way_mm: float) -> bool:
