@@ -136,7 +136,7 @@ def _operation_inputs(
     return {
         "operation": _ref(runner.put(operation)),
         "active": [dict(parts[name]) for name in operation.active],
-        "passive": [{key: parts[name][key] for key in ("component", "prepared")} for name in operation.passive],
+        "passive": [{key: parts[name][key] for key in ("component", "prepared", "grips")} for name in operation.passive],
         "obstacles": [_ref(runner.put(obstacle)) for obstacle in around],
     }
 

@@ -88,7 +88,16 @@ def _operations(parts: DesignParts) -> dict[str, dict[str, Any]]:
     for gripper, checks in zip(parts.selection.grippers, parts.checks, strict=True):
         for handle, check in zip(gripper.handles, checks, strict=True):
             handled[handle.operation] = (gripper, handle, check)
-    return {operation.id: _operation(operation, handled.get(operation.id), parts) for operation in parts.task.operations}
+    kinds = {verdict.operation: verdict for verdict in parts.verdicts}
+    return {
+        operation.id: {
+            **_operation(operation, handled.get(operation.id), parts),
+            "kind": kinds[operation.id].kind,
+            "evidence": kinds[operation.id].evidence,
+            "force": kinds[operation.id].force_N,
+        }
+        for operation in parts.task.operations
+    }
 
 
 def _operation(operation: Operation, handled: tuple[Gripper, Handle, HandleReport] | None, parts: DesignParts) -> dict[str, Any]:

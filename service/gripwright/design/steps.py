@@ -9,11 +9,13 @@ import numpy as np
 
 from gripwright.design import catalogue, scenes
 from gripwright.design.hand_check import OperationScene
+from gripwright.design.operation_class import OperationClass, PlacedComponent, classify
+from gripwright.design.overlap import deepest_overlap
 from gripwright.design.plan import Plan
 from gripwright.design.result import DesignParts, DesignResult, design_result
 from gripwright.design.stages import affordance, constraints, fingers, rules, select, verify
 from gripwright.design.stages.fit import fit
-from gripwright.design.stages.prepare import PrepareSettings, prepare, repaired
+from gripwright.design.stages.prepare import PrepareSettings, prepare
 from gripwright.design.stages.segment import segment, source_labels
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.affordance import Forbidden
@@ -79,8 +81,9 @@ class Participant:
 def _prepare(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> PreparedShape:
     mesh: Mesh = inputs["mesh"]
     made = prepare(mesh, PrepareSettings(), ctx)
-    solid = repaired(mesh)
-    return PreparedShape(mesh=made.mesh, solid=solid, file_faces=len(mesh.faces), warnings=made.warnings, timings=ctx.timings)
+    return PreparedShape(
+        mesh=made.mesh, solid=made.solid, file_faces=len(mesh.faces), warnings=made.warnings, timings=ctx.timings
+    )
 
 
 def _segment(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Segmentation:
@@ -135,26 +138,74 @@ def _requirements(primitives: Sequence[Any], reason: str, toolbox: Toolbox) -> t
 
 def _constraints(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> OperationVerdict:
     operation: Operation = inputs["operation"]
+    with ctx.timed("constraints.classify"):
+        kind = classify(operation.motion, operation.fit, _marked(inputs["active"]), _marked(inputs["passive"]))
+        operation = _with_default_force(operation, kind, plan)
+        warnings = _overlap_warnings(operation, inputs, plan)
     envelopes = _envelopes(inputs["actuators"], plan, toolbox)
     verdicts: dict[str, tuple[SegmentVerdict, ...]] = {}
     for held in _active(inputs):
-        if held.component.id not in operation.graspable:
-            continue
-        scene, component = _held_scene(inputs, held, plan)
-        assert held.analysis is not None
-        assert held.grips is not None
-        judged = []
-        for item in held.analysis.segments:
-            needs = held.grips.segments[item.segment.id]
-            if isinstance(needs, Rejection):
-                judged.append(
-                    SegmentVerdict(segment=item.segment.id, requirement=None, grasps_planned=0, free=(), rejection=needs)
-                )
-            else:
-                judged.append(constraints.judge_segment(component, item, needs, scene, toolbox, envelopes, ctx))
-            ctx.progress(len(judged) / len(held.analysis.segments), f"{operation.id}: {held.component.id}")
-        verdicts[held.component.id] = tuple(judged)
-    return OperationVerdict(operation=operation.id, components=verdicts, warnings=(), timings=ctx.timings)
+        if held.component.id in operation.graspable:
+            verdicts[held.component.id] = _judged({**inputs, "operation": operation}, held, plan, toolbox, envelopes, ctx)
+    return OperationVerdict(
+        operation=operation.id,
+        components=verdicts,
+        warnings=warnings,
+        timings=ctx.timings,
+        kind=kind.kind,
+        evidence=kind.evidence,
+        force_N=operation.force_N,
+    )
+
+
+def _judged(
+    inputs: Mapping[str, Any],
+    held: Participant,
+    plan: Plan,
+    toolbox: Toolbox,
+    envelopes: constraints.Envelopes,
+    ctx: RunContext,
+) -> tuple[SegmentVerdict, ...]:
+    """How each segment of one component fares in the operation."""
+    scene, component = _held_scene(inputs, held, plan)
+    assert held.analysis is not None
+    assert held.grips is not None
+    judged = []
+    for item in held.analysis.segments:
+        needs = held.grips.segments[item.segment.id]
+        if isinstance(needs, Rejection):
+            verdict = SegmentVerdict(segment=item.segment.id, requirement=None, grasps_planned=0, free=(), rejection=needs)
+        else:
+            verdict = constraints.judge_segment(component, item, needs, scene, toolbox, envelopes, ctx)
+        judged.append(verdict)
+        ctx.progress(len(judged) / len(held.analysis.segments), f"{inputs['operation'].id}: {held.component.id}")
+    return tuple(judged)
+
+
+def _marked(items: Sequence[Mapping[str, Any]]) -> list[PlacedComponent]:
+    return [
+        PlacedComponent(
+            id=item["component"].id,
+            mesh=item["prepared"].mesh,
+            X_PC=item["component"].X_PC,
+            forbidden=item["grips"].forbidden,
+        )
+        for item in items
+    ]
+
+
+def _with_default_force(operation: Operation, kind: OperationClass, plan: Plan) -> Operation:
+    """The operation with the insertion force of its kind, where the package states none; the paper knows none."""
+    if operation.force_N > 0.0 or plan.plan == "paper":
+        return operation
+    return dataclasses.replace(operation, force_N=kind.default_force_N)
+
+
+def _overlap_warnings(operation: Operation, inputs: Mapping[str, Any], plan: Plan) -> tuple[str, ...]:
+    found = deepest_overlap(operation.motion, _bodies(inputs["active"]), _bodies(inputs["passive"]))
+    if found is None or found.depth_mm <= plan.contact_tolerance or operation.fit == "press":
+        return ()
+    return (f"{operation.id}: {found}; its grasps are judged all the same",)
 
 
 def _envelopes(actuators: Sequence[Actuator], plan: Plan, toolbox: Toolbox) -> constraints.Envelopes:
@@ -264,7 +315,7 @@ STAGES: Mapping[str, Stage] = {
         Stage(name="segment", function=_segment, uses=("segmenter",), plan_fields=("seed",)),
         Stage(name="fit", function=_fit, uses=("segmenter", "fitter"), plan_fields=("seed",)),
         Stage(name="grips", function=_grips, uses=("affordance", "rule"), plan_fields=("plan", "seed")),
-        Stage(name="constraints", function=_constraints, uses=("hand", "planner"), plan_fields=_GRASPING),
+        Stage(name="constraints", function=_constraints, uses=("hand", "planner"), plan_fields=("plan", *_GRASPING)),
         Stage(
             name="select",
             function=_select,

@@ -1,6 +1,7 @@
 """Grip requirements, grasps and grasp constraints. Gripper frame G: origin at the fingertips' level, +z approach, +x finger 1."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from gripwright.domain.errors import Rejection
 from gripwright.domain.shape import FloatArray, Primitive
@@ -85,6 +86,9 @@ class OperationVerdict:
     components: dict[str, tuple[SegmentVerdict, ...]]
     warnings: tuple[str, ...]
     timings: dict[str, float]
+    kind: str = "unknown"  # peg-in-hole, placing, screwing, press-fit, meshing
+    evidence: dict[str, Any] = field(default_factory=dict)  # JSON, mm and degrees: why it is called so
+    force_N: float = 0.0  # insertion force that was reckoned with
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -100,13 +100,14 @@ def _operations(document: Mapping[str, Any]) -> str:
         [
             escape(operation["id"]),
             f'<span class="{_tone(operation["status"] == "covered")}">{operation["status"]}</span>',
+            _text(operation["kind"]),
             _text(operation["component"]),
             _text(operation["gripper"]),
             _text(operation["detail"]),
         ]
         for operation in document["operations"]
     ]
-    return "<h2>Operations</h2>" + _table(["operation", "status", "component", "gripper", "reason"], rows)
+    return "<h2>Operations</h2>" + _table(["operation", "status", "kind", "component", "gripper", "reason"], rows)
 
 
 def _handles(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
