@@ -106,11 +106,12 @@ def test_a_coloured_component_shows_each_face_in_its_segments_colour() -> None:
     data = component_glb("c", mesh, segment_colours(labels))
 
     primitive = _document(data)["meshes"][0]["primitives"][0]
-    positions = _accessor(data, primitive["attributes"]["POSITION"], "<f4").reshape(-1, 3, 3)
-    colours = _accessor(data, primitive["attributes"]["COLOR_0"], "<f4").reshape(-1, 3, 3)  # (m, corner, channel)
-    assert positions * 1000 == pytest.approx(mesh.triangles_mm, abs=1e-4)
-    assert (_accessor(data, primitive["indices"], "<u4") == np.arange(3 * len(mesh.faces))).all()
-    assert colours == pytest.approx(np.repeat(segment_colours(labels)[:, None], 3, axis=1), abs=1e-6)
+    corners = _accessor(data, primitive["indices"], "<u4").reshape(-1, 3)  # (m, corner)
+    positions = _accessor(data, primitive["attributes"]["POSITION"], "<f4").reshape(-1, 3)
+    colours = _accessor(data, primitive["attributes"]["COLOR_0"], "<f4").reshape(-1, 3)
+    assert positions[corners] * 1000 == pytest.approx(mesh.triangles_mm, abs=1e-4)
+    assert colours[corners] == pytest.approx(np.repeat(segment_colours(labels)[:, None], 3, axis=1), abs=1e-6)
+    assert len(np.unique(np.hstack([positions, colours]), axis=0)) == len(positions)  # faces of one colour share vertices
 
 
 def _document(data: bytes) -> dict[str, Any]:

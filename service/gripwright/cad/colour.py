@@ -5,6 +5,7 @@ import numpy as np
 from gripwright.cad.glb import GlbPart, glb_bytes
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
 
+_STEPS = 31
 _GOLDEN_ANGLE = 0.38196601125  # of a full turn: neighbouring segment numbers get distant hues
 # Perceptually even from dark violet over teal to yellow; sRGB.
 _SCALE = np.array(
@@ -31,6 +32,7 @@ def value_colours(values: FloatArray) -> FloatArray:
     finite = np.isfinite(values)
     low, high = (float(values[finite].min()), float(values[finite].max())) if finite.any() else (0.0, 1.0)
     position = np.clip((values - low) / max(high - low, np.finfo(np.float64).tiny), 0.0, 1.0)  # (m,)
+    position = np.round(position * _STEPS) / _STEPS  # few colours: neighbouring faces share vertices
     stops = np.linspace(0.0, 1.0, len(_SCALE))
     colours = np.stack([np.interp(position, stops, _SCALE[:, channel]) for channel in range(3)], axis=1)
     return _linear(np.where(finite[:, None], colours, 0.0))

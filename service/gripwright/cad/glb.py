@@ -95,13 +95,15 @@ def glb_bytes(parts: Sequence[GlbPart]) -> bytes:
 
 
 def _arrays(part: GlbPart) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32], npt.NDArray[np.float32] | None]:
-    """Positions (n, 3) in m, indices (3m,), colours (n, 3); faces of their own colours share no vertices."""
+    """Positions (n, 3) in m, indices (3m,), colours (n, 3); only faces of one colour share vertices."""
     if part.face_colours is None:
         positions, indices, colours = part.mesh.vertices_mm, part.mesh.faces.reshape(-1), None
     else:
-        positions = part.mesh.triangles_mm.reshape(-1, 3)
-        indices = np.arange(len(positions))
-        colours = np.repeat(part.face_colours, 3, axis=0).astype("<f4")
+        palette, colour = np.unique(part.face_colours, axis=0, return_inverse=True)
+        corners = part.mesh.faces.reshape(-1) * len(palette) + np.repeat(colour.reshape(-1), 3)  # a vertex in a colour
+        distinct, indices = np.unique(corners, return_inverse=True)
+        positions = part.mesh.vertices_mm[distinct // len(palette)]
+        colours = palette[distinct % len(palette)].astype("<f4")
     return (positions * M_PER_MM).astype("<f4"), indices.astype("<u4"), colours
 
 

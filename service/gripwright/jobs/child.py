@@ -32,7 +32,10 @@ Work = Callable[[Any, Progress], Any]
 log = logging.getLogger(__name__)
 
 _POLL_S = 0.1
+_END_S = 2.0
 _PR_SET_PDEATHSIG = 1
+# Children share the cores among themselves; threads of the linear algebra inside each would only get in each other's way.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 _FORKED = multiprocessing.get_context("forkserver")
 _FORKED.set_forkserver_preload(["gripwright.jobs.preload"])
 _FRESH = multiprocessing.get_context("spawn")
@@ -114,6 +117,7 @@ def _receive(
                 case "progress":
                     on_progress(*body)
                 case "result":
+                    process.join(timeout=_END_S)  # it gives back what it registered
                     return body
                 case "refused":
                     faults = tuple(Fault(*fault) for fault in body.pop("faults"))
