@@ -1,0 +1,52 @@
+"""Products as the command line designs them, once a session: what tests of whole designs look at."""
+
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Protocol
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+PUMP = REPOSITORY / "service/gripwright/samples/pump"
+SHARED = REPOSITORY.parent / "shared" / "data"
+PAPER = ("plan=paper", "actuators=paper", "release_clearance=0")
+COMPLETE, INCOMPLETE = 0, 3
+
+
+class Designed(Protocol):
+    """Designs a package with `--set` options; exit code and design folder."""
+
+    def __call__(self, package: Path, settings: tuple[str, ...] = (), *, again: int = 0) -> tuple[int, Path]: ...
+
+
+def designer(tmp_path_factory: pytest.TempPathFactory) -> Designed:
+    """Runs the command as a user would, in a data folder of its own; the same call is answered from memory.
+
+    Calls that differ in `again` alone are separate runs.
+    """
+
+    @cache
+    def design(package: Path, settings: tuple[str, ...] = (), *, again: int = 0) -> tuple[int, Path]:
+        folder = tmp_path_factory.mktemp(package.name)
+        command = [str(Path(sys.executable).parent / "gripwright"), "design", str(package), "--out", str(folder / "design")]
+        for setting in settings:
+            command += ["--set", setting]
+        environment = os.environ | {"GRIPWRIGHT_DATA": str(folder / "data")}
+        finished = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        assert finished.returncode in (COMPLETE, INCOMPLETE), finished.stderr
+        return finished.returncode, folder / "design"
+
+    return design
+
+
+def shared_package(name: str) -> Path:
+    """A public assembly beside the project; skips where it is absent, fails with CI=true."""
+    package = SHARED / name
+    if not package.is_dir():
+        if os.environ.get("CI") == "true":
+            pytest.fail(f"{package} is absent")
+        pytest.skip(f"{package} is absent")
+    return package
