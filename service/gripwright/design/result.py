@@ -18,6 +18,19 @@ from gripwright.domain.grasp import FreeGrasp, OperationVerdict, SegmentVerdict
 from gripwright.domain.gripper import Gripper, Handle
 from gripwright.domain.shape import Analysis, SegmentAnalysis
 
+_FILES = (
+    "finger.stl",
+    "finger.step",
+    "finger.3mf",
+    "finger.svg",
+    "body.stl",
+    "body.step",
+    "gripper.glb",
+    "gripper.urdf",
+    "tool.json",
+)
+"""Of each gripper whose CAD is made."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DesignResult:
@@ -177,7 +190,6 @@ def _primitive(item: SegmentAnalysis) -> dict[str, Any] | None:
 
 def _gripper(gripper: Gripper, cad: GripperCad | Rejection, checks: Sequence[HandleReport]) -> dict[str, Any]:
     folder = f"grippers/{gripper.id}"
-    names = ("finger.stl", "finger.step", "finger.3mf", "finger.svg", "body.stl", "body.step", "gripper.glb")
     made = cad if isinstance(cad, GripperCad) else None
     return {
         "id": gripper.id,
@@ -195,7 +207,7 @@ def _gripper(gripper: Gripper, cad: GripperCad | Rejection, checks: Sequence[Han
             "grip_force_max": made.grip_force_max_N if made is not None else None,
             "jaw_offset": _mm(gripper.jaw_offset_mm),
         },
-        "files": {name.replace(".", "_"): f"{folder}/{name}" for name in names} if made is not None else {},
+        "files": {name.replace(".", "_"): f"{folder}/{name}" for name in _FILES} if made is not None else {},
         "detail": cad.detail if isinstance(cad, Rejection) else None,
         "finger": None if made is None else _finger(made),
         "handles": [_handle(handle, check, gripper) for handle, check in zip(gripper.handles, checks, strict=True)],

@@ -34,7 +34,9 @@ def describe_analysis(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, c
     }
 
 
-STAGES: Mapping[str, Stage] = MappingProxyType({**DESIGN_STAGES, "export": Stage(name="export", function=export, uses=("hand",))})
+STAGES: Mapping[str, Stage] = MappingProxyType(
+    {**DESIGN_STAGES, "export": Stage(name="export", function=export, uses=("hand",), version=2)}
+)
 """Of a whole design."""
 
 ANALYSIS_STAGES: Mapping[str, Stage] = MappingProxyType(

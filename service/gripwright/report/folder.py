@@ -18,6 +18,7 @@ from gripwright.geometry.shape_diameter import shape_diameters_mm
 from gripwright.plugin_api import HandModel
 from gripwright.report.drawing import finger_drawing
 from gripwright.report.page import report_page
+from gripwright.report.tool_data import gripper_urdf, tool_json
 
 _RAYS, _CONE_RAD = 30, float(np.radians(120.0))
 
@@ -47,6 +48,8 @@ def _gripper_files(gripper: Gripper, cad: GripperCad, result: DesignResult, hand
         "body.stl": stl_bytes(cad.body),
         "body.step": step_bytes(cad.body_brep, name=f"{gripper.id}-body", part_number=gripper.actuator.name),
         "gripper.glb": glb_bytes([GlbPart(name=part.name, mesh=part.mesh, colour=part.colour) for part in parts]),
+        "tool.json": tool_json(gripper, cad).encode(),
+        "gripper.urdf": gripper_urdf(gripper, cad, hand).encode(),
     }
 
 

@@ -11,6 +11,7 @@ _BY_SUFFIX = {
     ".3mf": "model/3mf",
     ".glb": "model/gltf-binary",
     ".png": "image/png",
+    ".urdf": "application/xml",
     ".zip": "application/zip",
     ".xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
 }
