@@ -10,6 +10,7 @@ setup: .venv/.installed ## install everything into .venv, from locked and hashed
 
 .venv/.installed: requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed, this is " + sys.version)'
+	@bash .ci/system-packages run
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
@@ -19,7 +20,7 @@ demo: setup ## the sample product through the real service, down to the bill of 
 	$(BIN)/gripwright demo
 
 test: setup ## every test; installs Chromium and PostgreSQL from Debian where it may
-	@bash tests/install-components
+	@bash .ci/system-packages test
 	$(BIN)/python -m pytest
 
 check: lint types test ## lint, types, import rules, OpenAPI unchanged, tests
