@@ -50,9 +50,9 @@ def stretches(motion: FloatArray) -> list[Stretch]:
         if angle < 1e-7:
             result.append(_stretch([leg[0], leg[-1]], 0.0, np.zeros((2, 3)), np.zeros(3)))
             continue
-        axis, parts = _screw_axis(move), int(np.ceil(angle / _ARC_RAD))
+        axis, parts = _screw_axis(move), int(np.ceil(angle / _ARC_RAD - 1e-6))
         turns = angle * (len(leg) - 1) / (2.0 * np.pi)
-        kept = leg if turns <= 1.0 else leg[: int(np.ceil(2.0 * np.pi / angle)) + 1]
+        kept = leg if turns <= 1.0 else leg[: int(np.ceil(2.0 * np.pi / angle - 1e-6)) + 1]
         poses = [kept[0]]
         for start, end in pairwise(kept):
             poses += _divided(start, end, parts)

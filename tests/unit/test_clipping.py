@@ -1,0 +1,51 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gripwright.domain.shape import FloatArray
+from gripwright.geometry.clipping import clip_to_box, clip_triangles, longest_run
+
+
+def areas(triangles: FloatArray) -> FloatArray:
+    edges = triangles[:, 1:] - triangles[:, :1]
+    return np.asarray(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2.0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(-2.0, 2.0))
+def test_both_sides_of_a_plane_make_up_the_whole(seed: int, offset: float) -> None:
+    rng = np.random.default_rng(seed)
+    triangles = rng.normal(size=(20, 3, 3))
+    normal = rng.normal(size=3)
+    normal /= np.linalg.norm(normal)
+
+    below, above = clip_triangles(triangles, normal, offset), clip_triangles(triangles, -normal, -offset)
+
+    assert (below @ normal <= offset + 1e-9).all()
+    assert (above @ normal >= offset - 1e-9).all()
+    assert areas(below).sum() + areas(above).sum() == pytest.approx(areas(triangles).sum(), rel=1e-9)
+
+
+def test_a_square_is_clipped_to_a_box_exactly() -> None:
+    square = np.array([[[0, 0, 0], [4, 0, 0], [4, 4, 0]], [[0, 0, 0], [4, 4, 0], [0, 4, 0]]], dtype=float)
+
+    part = clip_to_box(square, np.array([1.0, -np.inf, -1.0]), np.array([3.0, 2.5, 1.0]))
+
+    assert areas(part).sum() == pytest.approx(2.0 * 2.5)
+    assert part[..., 0].min() == pytest.approx(1.0)
+    assert part[..., 1].max() == pytest.approx(2.5)
+
+
+def test_nothing_is_left_outside_the_box() -> None:
+    triangle = np.array([[[5, 5, 5], [6, 5, 5], [5, 6, 5]]], dtype=float)
+
+    assert len(clip_to_box(triangle, np.zeros(3), np.ones(3))) == 0
+
+
+@pytest.mark.parametrize(
+    ("intervals", "length"),
+    [([], 0.0), ([(0, 1), (1, 2)], 2.0), ([(0, 1), (1.5, 4), (3, 5)], 3.5), ([(0, 9), (2, 3), (8, 8.5)], 9.0)],
+)
+def test_the_longest_run_joins_what_touches(intervals: list[tuple[float, float]], length: float) -> None:
+    assert longest_run(np.array(intervals, dtype=float).reshape(-1, 2)) == pytest.approx(length)

@@ -1,0 +1,86 @@
+"""Sweeps leave no gap, whatever the motion."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from gripwright.design.motion import Sweeps, sampled, stretches
+from gripwright.domain.shape import FloatArray
+from gripwright.geometry.collision import MeshSurface, PlacedSurface, Scene
+from gripwright.geometry.frames import is_rigid
+from gripwright.geometry.solids import box_vertices
+from mesh_factory import box_mesh
+
+FINGER = box_vertices(np.array([0.0, -5.0, -30.0]), np.array([8.0, 5.0, 0.0]))
+
+
+def pose(angle_deg: float = 0.0, z: float = 0.0, x: float = 0.0) -> FloatArray:
+    X = np.eye(4)
+    X[:3, :3] = Rotation.from_euler("z", angle_deg, degrees=True).as_matrix()
+    X[:3, 3] = x, 0.0, z
+    return X
+
+
+def screw(turns: float, pitch: float, steps_a_turn: int = 8) -> FloatArray:
+    count = round(turns * steps_a_turn)
+    return np.array([pose(-360.0 * i / steps_a_turn, -pitch * i / steps_a_turn) for i in range(count + 1)])
+
+
+def speck(point: FloatArray) -> Scene:
+    X = np.eye(4)
+    X[:3, 3] = point
+    return Scene([PlacedSurface(name="speck", surface=MeshSurface(box_mesh((0.01, 0.01, 0.01))), X=X)])
+
+
+MOTIONS = {
+    "straight": np.array([pose(z=100.0), pose()]),
+    "slanted, with a corner": np.array([pose(z=80.0, x=-40.0), pose(z=20.0), pose()]),
+    "a quarter turn": np.array([pose(90.0), pose()]),
+    "a screw of three turns": screw(3.0, 2.0),
+    "down, then eleven turns": np.concatenate([[pose(z=90.0)], screw(11.0, 2.0)]),
+}
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+def test_a_sweep_holds_the_solid_at_every_moment(motion: FloatArray) -> None:
+    rng = np.random.default_rng(11)
+    hand = pose(25.0, 3.0, 12.0)
+    low, high = FINGER.min(axis=0), FINGER.max(axis=0)
+    sweeps = Sweeps(motion)
+
+    for place in sampled(motion, 60):
+        inside = rng.uniform(low, high)
+        point = (place @ hand @ np.append(inside, 1.0))[:3]
+        assert sweeps.first_hit(speck(point), FINGER, 0.0, hand) == "speck"
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+def test_a_sweep_reaches_hardly_farther_than_the_solid(motion: FloatArray) -> None:
+    hand = pose(25.0, 3.0, 12.0)
+    sweeps = Sweeps(motion)
+    places = sampled(motion, 400)
+    centre = FINGER.mean(axis=0)
+
+    for place in places[::20]:
+        beside = (place @ hand @ np.append(centre + np.array([0.0, 0.0, 17.0]), 1.0))[:3]  # 2 mm beyond the tips at that moment
+        local = np.array([(np.linalg.inv(other @ hand) @ np.append(beside, 1.0))[:3] for other in places])
+        clear = np.maximum(FINGER.min(axis=0) - local, local - FINGER.max(axis=0)).max(axis=1).min()
+        if clear > 1.0:  # nowhere along the motion nearer than 1 mm
+            assert sweeps.first_hit(speck(beside), FINGER, 0.0, hand) is None
+
+
+def test_neighbouring_straight_legs_are_one_stretch_and_turns_of_a_thread_another() -> None:
+    ways = stretches(np.concatenate([[pose(z=90.0), pose(z=50.0)], screw(11.0, 2.0)]))
+
+    assert [len(way.poses) for way in ways] == [2, 41]
+    assert ways[1].drift_P == pytest.approx([0.0, 0.0, -2.0 * 11], abs=1e-6)
+
+
+def test_sampled_poses_are_rigid_and_begin_and_end_with_the_motion() -> None:
+    motion = MOTIONS["down, then eleven turns"]
+
+    poses = sampled(motion, 50)
+
+    assert all(is_rigid(place) for place in poses)
+    assert poses[0] == pytest.approx(motion[0])
+    assert poses[-1] == pytest.approx(motion[-1])
