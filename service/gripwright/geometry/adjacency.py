@@ -49,6 +49,17 @@ def two_face_edges(mesh: Mesh) -> tuple[IntArray, BoolArray]:
     return np.stack((first, second), axis=1) % len(mesh.faces), halves[first, 0] == halves[second, 1]
 
 
+def open_bodies(mesh: Mesh, body: IntArray) -> BoolArray:
+    """Which bodies (bodies,), `body` (m,) naming that of each face, have an edge with an odd number of their own faces."""
+    _, order, start, count = _half_edges_by_edge(mesh)
+    edge = np.repeat(np.arange(len(start)), count)
+    bodies = int(body.max()) + 1
+    key, times = np.unique(edge * bodies + body[order % len(mesh.faces)], return_counts=True)
+    is_open = np.zeros(bodies, dtype=bool)
+    is_open[key[times % 2 == 1] % bodies] = True
+    return is_open
+
+
 def exterior_angles_rad(mesh: Mesh, adjacency: Adjacency, normals: FloatArray | None = None) -> FloatArray:
     """Angle by which the surface turns at each edge, (e,): 0 flat, positive convex, negative concave, at most π.
 

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gripwright.domain.errors import InvalidGeometry
-from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
-from gripwright.geometry.adjacency import connected_labels, face_adjacency, two_face_edges
+from gripwright.domain.shape import IntArray, Mesh
+from gripwright.geometry.adjacency import face_adjacency
 from gripwright.geometry.measures import diagonal_mm, face_areas_mm2, face_cross_mm2, volume_mm3
+from gripwright.geometry.winding import inward_faces
 
 VOLUME_MIN = 1e-9
 """Smallest volume of a solid, as a fraction of the cube of its diagonal."""
@@ -41,7 +42,7 @@ def repair(mesh: Mesh) -> Repair:
     if not kept.size:
         raise InvalidGeometry("mesh has no surface: all faces are degenerate", faces=len(mesh.faces))
     distinct = _used_vertices(merged, kept)
-    flips = _flips(distinct)
+    flips = inward_faces(distinct)
     faces = np.where(flips[:, None], distinct.faces[:, ::-1], distinct.faces)
     solid = Mesh(vertices_mm=distinct.vertices_mm, faces=faces, source_faces=kept)
     adjacency = face_adjacency(solid)
@@ -134,60 +135,3 @@ def _centred(mesh: Mesh) -> Mesh:
     """The mesh about its bounding box's centre: volumes of open meshes then depend little on where it lies."""
     centre = (mesh.vertices_mm.min(axis=0) + mesh.vertices_mm.max(axis=0)) / 2.0
     return Mesh(vertices_mm=mesh.vertices_mm - centre, faces=mesh.faces)
-
-
-def _flips(mesh: Mesh) -> BoolArray:
-    """Which faces have to be turned round, (m,), so that every body's surface is consistent and points outward."""
-    pairs, against = two_face_edges(mesh)
-    body = connected_labels(pairs, len(mesh.faces))
-    flips = np.zeros(len(mesh.faces), dtype=bool) if against.all() else _inconsistent(mesh, pairs, against, body)
-    wound = _centred(Mesh(vertices_mm=mesh.vertices_mm, faces=np.where(flips[:, None], mesh.faces[:, ::-1], mesh.faces)))
-    a, b, c = np.moveaxis(wound.triangles_mm, 1, 0)
-    volumes = np.bincount(body, weights=np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0).astype(np.float64)  # (bodies,)
-    if (volumes >= 0).all():
-        return flips
-    return np.asarray(flips ^ _inside_out_bodies(wound, body, volumes)[body])
-
-
-def _inconsistent(mesh: Mesh, pairs: IntArray, against: BoolArray, body: IntArray) -> BoolArray:
-    """The smaller part of each body's area, (m,), that runs against the rest of it.
-
-    Each face stands for two nodes, as it is and turned round; pairs link those that agree.
-    """
-    m = len(mesh.faces)
-    f, g = pairs.T
-    same = np.where(against, 0, m)
-    links = np.concatenate((np.stack((f, g + same), axis=1), np.stack((f + m, (g + m + same) % (2 * m)), axis=1)))
-    side = connected_labels(links, 2 * m)
-    one_sided = side[:m] == side[m:]  # a Möbius band: nothing to decide
-    turned = (side[:m] > side[m:]) & ~one_sided
-    area = face_areas_mm2(mesh)
-    turned_area = np.bincount(body, weights=area * turned)
-    return np.asarray((turned ^ (2.0 * turned_area > np.bincount(body, weights=area))[body]) & ~one_sided)
-
-
-def _inside_out_bodies(mesh: Mesh, body: IntArray, volumes: FloatArray) -> BoolArray:
-    """Which bodies have to be turned round, (bodies,): those of negative volume that no other body contains.
-
-    A body inside another one is turned with the largest body that contains it: a cavity stays a cavity.
-    """
-    count = len(volumes)
-    faces = [np.flatnonzero(body == i) for i in range(count)]
-    corners = [mesh.triangles_mm[f].reshape(-1, 3) for f in faces]
-    low, high = np.array([c.min(axis=0) for c in corners]), np.array([c.max(axis=0) for c in corners])
-    turned = volumes < 0
-    for i in np.argsort(-np.abs(volumes), kind="stable"):
-        boxes = np.flatnonzero((low <= low[i]).all(axis=1) & (high >= high[i]).all(axis=1) & (np.abs(volumes) > abs(volumes[i])))
-        around = [j for j in boxes if abs(_turns_around(corners[i][0], mesh.triangles_mm[faces[j]])) > 0.5]
-        if around:
-            turned[i] = turned[max(around, key=lambda j: abs(volumes[j]))]
-    return np.asarray(turned)
-
-
-def _turns_around(point: FloatArray, triangles: FloatArray) -> float:
-    """Winding number of a surface about a point: ±1 inside a closed one, 0 outside (van Oosterom and Strackee, 1983)."""
-    a, b, c = np.moveaxis(triangles - point, 1, 0)  # (k, 3) each
-    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
-    dots = np.einsum("ij,ij->i", a, b) * lc + np.einsum("ij,ij->i", b, c) * la + np.einsum("ij,ij->i", c, a) * lb
-    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
-    return float(np.arctan2(triple, la * lb * lc + dots).sum() / (2.0 * np.pi))

@@ -14,6 +14,9 @@ from gripwright.domain.shape import FloatArray, IntArray
 FloatArray32 = npt.NDArray[np.float32]
 IntArray32 = npt.NDArray[np.int32]
 
+CROSSINGS_MAX = 256
+"""A ray's crossings are counted up to this number."""
+
 
 class RayScene:
     """A mesh to shoot rays at.
@@ -39,6 +42,22 @@ class RayScene:
         """
         found = self._scene.run(origins_mm, directions, output=True)
         return found["tfar"], found["primID"], found["Ng"]
+
+    def crossings(self, origins_mm: FloatArray, directions: FloatArray, step_mm: float) -> IntArray:
+        """How often each ray (r, 3) crosses the surface, (r,). Rays begin `step_mm` ahead, and so they do after each crossing."""
+        unit = (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
+        points = self.centred(origins_mm) + np.float32(step_mm) * unit
+        count = np.zeros(len(points), dtype=np.int64)
+        alive = np.arange(len(points))
+        for _ in range(CROSSINGS_MAX):
+            distance, face, _ = self.first_hits(points[alive], unit[alive])
+            hit = face >= 0
+            alive = alive[hit]
+            if not alive.size:
+                break
+            count[alive] += 1
+            points[alive] += (distance[hit, None] + np.float32(step_mm)) * unit[alive]
+        return count
 
 
 def cores() -> int:
