@@ -10,7 +10,7 @@ import pytest
 from gripwright.cli import COMMANDS
 from gripwright.design.plan import Plan
 from gripwright.plugin_api import contracts
-from gripwright.registry.checks import PROTOCOLS
+from gripwright.plugin_api.checks import PROTOCOLS
 from gripwright.registry.plans import CHOICES
 from gripwright.settings import Settings
 

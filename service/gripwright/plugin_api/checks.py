@@ -8,19 +8,19 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, get_args, get_origin, get_type_hints
 
-from gripwright import plugin_api
-from gripwright.plugin_api import Params
+from gripwright.plugin_api import contracts
+from gripwright.plugin_api.params import Params
 
 PROTOCOLS: Mapping[str, type] = MappingProxyType(
     {
-        "segmenter": plugin_api.Segmenter,
-        "fitter": plugin_api.PrimitiveFitter,
-        "affordance": plugin_api.AffordanceDetector,
-        "rule": plugin_api.GripperRule,
-        "hand": plugin_api.HandModel,
-        "planner": plugin_api.GraspPlanner,
-        "optimizer": plugin_api.GripperOptimizer,
-        "finger": plugin_api.FingerDesigner,
+        "segmenter": contracts.Segmenter,
+        "fitter": contracts.PrimitiveFitter,
+        "affordance": contracts.AffordanceDetector,
+        "rule": contracts.GripperRule,
+        "hand": contracts.HandModel,
+        "planner": contracts.GraspPlanner,
+        "optimizer": contracts.GripperOptimizer,
+        "finger": contracts.FingerDesigner,
     }
 )
 

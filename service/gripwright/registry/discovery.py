@@ -7,8 +7,8 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from gripwright.plugin_api.checks import contract_faults
 from gripwright.plugin_api.manifest import API_VERSION, ENTRY_POINT_GROUP, KINDS, Manifest, PluginEntry
-from gripwright.registry.checks import contract_faults
 
 OWN_DISTRIBUTION = "gripwright"
 

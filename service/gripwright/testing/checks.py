@@ -1,0 +1,102 @@
+"""The conformance suite: which checks a plug-in of each kind must pass."""
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from gripwright.plugin_api.checks import PROTOCOLS
+from gripwright.testing import affordance, fingers, fitters, general, hands, optimizers, planners, rules, segmenters
+from gripwright.testing.trial import Case, Check, Finding, Trial
+
+if TYPE_CHECKING:
+    import pytest
+
+TIME_LIMIT_S = 120.0
+"""How long one check may take; the first pays for what the plug-in compiles."""
+
+_CASES: Mapping[str, Callable[[Any], list[Case]]] = MappingProxyType(
+    {
+        "segmenter": segmenters.cases,
+        "fitter": fitters.cases,
+        "affordance": affordance.cases,
+        "rule": rules.cases,
+        "hand": hands.cases,
+        "planner": planners.cases,
+        "optimizer": optimizers.cases,
+        "finger": fingers.cases,
+    }
+)
+_CHECKS: Mapping[str, tuple[Check, ...]] = MappingProxyType(
+    {
+        "segmenter": segmenters.CHECKS,
+        "fitter": fitters.CHECKS,
+        "affordance": affordance.CHECKS,
+        "rule": rules.CHECKS,
+        "hand": hands.CHECKS,
+        "planner": planners.CHECKS,
+        "optimizer": optimizers.CHECKS,
+        "finger": fingers.CHECKS,
+    }
+)
+
+
+def checks_for(kind: str) -> tuple[Check, ...]:
+    """Every check of that kind; KeyError where there is no such kind."""
+    return (*general.GATES, *general.CHECKS, *_CHECKS[kind])
+
+
+def check_plugin(plugin_class: Any, *, time_limit_s: float = TIME_LIMIT_S) -> list[Finding]:
+    """Every rule of the contract that the plug-in breaks; empty: none.
+
+    What cannot be called, or does not answer, is not checked further.
+    """
+    kind = kind_of(plugin_class)
+    if kind is None:
+        return [Finding("contract", f"{plugin_class!r} has the methods of no kind of plug-in: {', '.join(PROTOCOLS)}")]
+    trial = _trial(plugin_class, kind)
+    for gate in general.GATES:
+        if found := gate.findings(trial, time_limit_s):
+            return found
+    checks = (*general.CHECKS, *_CHECKS[kind])
+    return [finding for check in checks for finding in check.findings(trial, time_limit_s)]
+
+
+def parametrize_with_checks(plugins: Sequence[Any], *, time_limit_s: float = TIME_LIMIT_S) -> "pytest.MarkDecorator":
+    """Parametrise a test by (plugin, check): `assert check(plugin) == []`."""
+    import pytest
+
+    cases = [
+        pytest.param(plugin, _bound(check, kind, time_limit_s), id=f"{plugin.__name__}-{check.name.replace(' ', '-')}")
+        for plugin in plugins
+        for kind in [_known_kind(plugin)]
+        for check in checks_for(kind)
+    ]
+    return pytest.mark.parametrize(("plugin", "check"), cases)
+
+
+def kind_of(plugin_class: Any) -> str | None:
+    """The kind whose methods the class has, by name; None where it has none of any."""
+    for kind, protocol in PROTOCOLS.items():
+        names = {name for name, member in vars(protocol).items() if inspect.isfunction(member) and not name.startswith("_")}
+        if any(hasattr(plugin_class, name) for name in names):
+            return kind
+    return None
+
+
+def _known_kind(plugin_class: Any) -> str:
+    kind = kind_of(plugin_class)
+    if kind is None:
+        raise TypeError(f"{plugin_class!r} has the methods of no kind of plug-in: {', '.join(PROTOCOLS)}")
+    return kind
+
+
+def _bound(check: Check, kind: str, time_limit_s: float) -> Callable[[Any], list[str]]:
+    return lambda plugin: [str(finding) for finding in check.findings(_trial(plugin, kind), time_limit_s)]
+
+
+@lru_cache(maxsize=64)
+def _trial(plugin_class: Any, kind: str) -> Trial:
+    """Its runs are made once, whichever check asks first."""
+    return Trial(plugin_class, kind, _CASES[kind])

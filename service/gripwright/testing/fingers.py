@@ -1,0 +1,92 @@
+"""Checks of finger designers: one valid solid in frame F, with the mesh and the mass that it states."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from gripwright.domain.errors import InvalidGeometry, Rejection
+from gripwright.domain.grasp import EXTERNAL, INTERNAL, PARALLEL_2
+from gripwright.domain.gripper import Actuator, FingerDesign, FingerSpec
+from gripwright.geometry import brep
+from gripwright.geometry.adjacency import face_adjacency
+from gripwright.geometry.measures import volume_mm3
+from gripwright.testing.trial import Case, Check, Trial, is_length
+
+_LENGTH_MM = 30.0
+_PLANE_MM = 1e-3
+_DENSITIES_KG_M3 = (500.0, 20_000.0)
+
+
+def cases(plugin: Any) -> list[Case]:
+    """Both grips of each gripper type."""
+    return [
+        Case(name=f"{gripper_type}, {grip}", method="design", arguments={"spec": _spec(gripper_type, grip)})
+        for gripper_type in sorted(plugin.gripper_types)
+        for grip in (EXTERNAL, INTERNAL)
+    ]
+
+
+def _spec(gripper_type: str, grip: str) -> FingerSpec:
+    """An opening of 52 to 60 mm, jaws that stand 10 mm nearer to the axis than the gripping surface."""
+    return FingerSpec(
+        gripper_type=gripper_type,
+        grip=grip,
+        finger_length_mm=_LENGTH_MM,
+        jaw_offset_mm=10.0,
+        opening_min_mm=52.0,
+        opening_max_mm=60.0,
+        stroke_mm=8.0,
+        fingers=2 if gripper_type == PARALLEL_2 else 3,
+        envelope_mm=60.0,
+        actuator=Actuator(maker="Sample", model="S1", gripper_type=gripper_type, stroke_mm=8.0),
+        contact_radii_mm=(27.0, float("inf")),
+        grip_force_N=60.0,
+    )
+
+
+def designs(trial: Trial) -> Iterable[str]:
+    """A FingerDesign, or a Rejection that says why not."""
+    for run in trial.runs:
+        if isinstance(run.answer, Rejection):
+            if not (run.answer.code and run.answer.detail):
+                yield f"{run.case.name}: a Rejection needs a code and a sentence"
+        elif not isinstance(run.answer, FingerDesign):
+            yield f"{run.case.name}: design returns {type(run.answer).__name__}, neither a FingerDesign nor a Rejection"
+
+
+def solid(trial: Trial) -> Iterable[str]:
+    """The BRep is one valid solid, the mesh closed, and both have the volume that is stated."""
+    for case, design in trial.answers():
+        try:
+            exact = brep.measure(brep.single_solid(brep.read_brep(design.brep))).volume_mm3
+        except InvalidGeometry as error:
+            yield f"{case.name}: brep: {error.detail}"
+            continue
+        adjacency = face_adjacency(design.mesh)
+        if adjacency.open_edges or adjacency.non_manifold_edges:
+            yield f"{case.name}: the mesh is not closed: {adjacency.open_edges} open edges"
+        for name, volume in (("volume_mm3", design.volume_mm3), ("the mesh's volume", volume_mm3(design.mesh))):
+            if not np.isclose(volume, exact, rtol=0.01):
+                yield f"{case.name}: {name} is {volume:.6g} mm³, the solid has {exact:.6g} mm³"
+        low, high = _DENSITIES_KG_M3
+        if not is_length(design.mass_kg) or not low <= design.mass_kg / (exact * 1e-9) <= high:
+            yield f"{case.name}: mass_kg is {design.mass_kg} for {exact:.6g} mm³, which is no density of a solid"
+
+
+def frame(trial: Trial) -> Iterable[str]:
+    """The tip ends at z = 0, and in front of the jaws all lies behind the gripping surface x = 0."""
+    for case, design in trial.answers():
+        points, sign = design.mesh.vertices_mm, 1.0 if case.arguments["spec"].grip == EXTERNAL else -1.0
+        if abs(points[:, 2].max()) > _PLANE_MM:
+            yield f"{case.name}: the tip ends at z = {points[:, 2].max():.6g} mm, 0 was expected"
+        stem = points[points[:, 2] > -_LENGTH_MM + _PLANE_MM]
+        if len(stem) and abs((sign * stem[:, 0]).min()) > _PLANE_MM:
+            yield f"{case.name}: the gripping surface lies at x = {sign * (sign * stem[:, 0]).min():.6g} mm, 0 was expected"
+
+
+CHECKS = (
+    Check("design", "a design, or a no with its reason", designs),
+    Check("solid", "one valid solid, a closed mesh, the volume and mass that are stated", solid),
+    Check("frame", "tip at z = 0, gripping surface at x = 0", frame),
+)

@@ -1,0 +1,70 @@
+"""Checks of gripper rules: requirements that a planner can use."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import EXTERNAL, INTERNAL, GripRequirement
+from gripwright.testing.primitives import sample_primitives, size_mm
+from gripwright.testing.trial import Case, Check, Trial, is_length, is_vectors
+
+_NEAR = 100.0
+
+
+def cases(plugin: Any) -> list[Case]:
+    """One a sample primitive that the rule accepts; none for a primitive of the author's own."""
+    return [
+        Case(name=name, method="apply", arguments={"fit": primitive})
+        for name, primitive in sample_primitives().items()
+        if primitive.kind in plugin.accepts
+    ]
+
+
+def accepts(trial: Trial) -> Iterable[str]:
+    """A rule that accepts nothing is never asked."""
+    if not trial.plugin.accepts:
+        yield "accepts is empty, so the rule is never asked"
+
+
+def requirements(trial: Trial) -> Iterable[str]:
+    """One requirement or more, each possible, else a Rejection with a reason."""
+    for run in trial.runs:
+        faults = _answer_faults(run.answer, trial.plugin.key, size_mm(run.case.arguments["fit"]))
+        yield from (f"{run.case.name}: {fault}" for fault in faults)
+
+
+def _answer_faults(answer: Any, key: str, size: float) -> Iterable[str]:
+    if isinstance(answer, Rejection):
+        if not (answer.code and answer.detail):
+            yield "a Rejection needs a code and a sentence"
+        return
+    if not isinstance(answer, Sequence) or not all(isinstance(item, GripRequirement) for item in answer):
+        yield f"apply returns {type(answer).__name__}, neither a sequence of GripRequirement nor a Rejection"
+        return
+    if not answer:
+        yield "apply returns no requirement; a no is a Rejection with its reason"
+    for requirement in answer:
+        yield from _requirement_faults(requirement, key, size)
+
+
+def _requirement_faults(requirement: GripRequirement, key: str, size: float) -> Iterable[str]:
+    width = requirement.opening_width_mm
+    if not is_length(width) or not size / _NEAR <= width <= size * 1.001:
+        yield f"opening_width_mm is {width} for a primitive of {size:.3g} mm; lengths are mm"
+    if not requirement.gripper_type:
+        yield "gripper_type is empty"
+    if requirement.grip not in (EXTERNAL, INTERNAL):
+        yield f"grip is {requirement.grip!r}, not {EXTERNAL!r} or {INTERNAL!r}"
+    for name in ("approach_C", "grip_axes_C"):
+        if not is_vectors(getattr(requirement, name), unit=True):
+            yield f"{name} must be unit vectors (k, 3), is {np.shape(getattr(requirement, name))}"
+    if requirement.rule != key:
+        yield f"rule is {requirement.rule!r}, the key is {key!r}"
+
+
+CHECKS = (
+    Check("accepts", "a rule accepts some kind of primitive", accepts),
+    Check("requirements", "requirements are possible and in mm", requirements),
+)

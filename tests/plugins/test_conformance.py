@@ -1,0 +1,95 @@
+"""The conformance suite passes what is built in and names the fault of each bad plug-in."""
+
+import signal
+import time
+
+import numpy as np
+import pytest
+from bad_import import ImportsTheService
+from bad_plugins import EXPECTED, Fitter, NeverReturns, Segmenter
+
+from gripwright.geometry.adjacency import face_adjacency
+from gripwright.geometry.measures import volume_mm3
+from gripwright.plugin_api.manifest import KINDS
+from gripwright.registry.discovery import load_registry
+from gripwright.testing import (
+    check_plugin,
+    checks_for,
+    fake_context,
+    kind_of,
+    parametrize_with_checks,
+    sample_components,
+)
+from gripwright.testing.time_limit import TimeUp, time_limit
+
+BUILT_IN = load_registry(allow=("gripwright",), strict=True).plugins
+
+
+@parametrize_with_checks([plugin.plugin for plugin in BUILT_IN])
+def test_every_built_in_plugin_passes(plugin, check):
+    assert check(plugin) == []
+
+
+def test_there_is_a_built_in_plugin_of_every_kind():
+    assert {kind_of(plugin.plugin) for plugin in BUILT_IN} == set(KINDS)
+
+
+@pytest.mark.parametrize("good", [Fitter, Segmenter])
+def test_what_the_bad_plugins_are_made_from_is_good(good):
+    assert check_plugin(good) == []
+
+
+@pytest.mark.parametrize("bad", EXPECTED, ids=lambda bad: bad.__name__)
+def test_a_bad_plugin_is_rejected_by_a_message_that_names_its_fault(bad):
+    findings = check_plugin(bad, time_limit_s=1.0 if bad is NeverReturns else 60.0)
+
+    assert any(EXPECTED[bad] in str(finding) for finding in findings), "\n".join(map(str, findings)) or "no finding"
+    assert len({finding.check for finding in findings}) <= 2, "one fault, and what follows from it"
+
+
+def test_an_import_of_the_service_is_named():
+    (finding,) = check_plugin(ImportsTheService)
+
+    assert finding.check == "imports"
+    assert "imports gripwright.design.plan" in finding.detail
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_has_checks_of_its_own_beside_the_general_ones(kind):
+    names = [check.name for check in checks_for(kind)]
+
+    assert len(set(names)) == len(names)
+    assert set(names) > set.intersection(*({check.name for check in checks_for(other)} for other in KINDS))
+
+
+def test_samples_are_closed_solids_divided_without_gap_or_overlap():
+    for sample in sample_components():
+        mesh = sample.component.mesh
+        adjacency = face_adjacency(mesh)
+        assert adjacency.open_edges == adjacency.non_manifold_edges == 0
+        assert volume_mm3(mesh) > 0
+        faces = np.concatenate([segment.faces for segment in sample.segments])
+        assert np.array_equal(np.sort(faces), np.arange(len(mesh.faces)))
+        assert all(len(segment.faces) and segment.hull_volume_mm3 > 0 for segment in sample.segments)
+
+
+def test_a_tilted_sample_has_the_volume_of_the_upright_one():
+    samples = {sample.name: volume_mm3(sample.component.mesh) for sample in sample_components()}
+
+    for name in ("stepped shaft", "box with boss", "ring"):
+        assert samples[f"tilted {name}"] == pytest.approx(samples[name], rel=1e-9)
+
+
+def test_a_context_has_the_numbers_of_its_seed():
+    assert fake_context(seed=3).rng.random() == fake_context(seed=3).rng.random() != fake_context(seed=4).rng.random()
+
+
+def test_a_time_limit_leaves_the_alarm_of_others_as_it_was():
+    before = signal.getitimer(signal.ITIMER_REAL)[0], signal.getsignal(signal.SIGALRM)
+
+    with pytest.raises(TimeUp), time_limit(0.05):
+        time.sleep(5.0)
+
+    after = signal.getitimer(signal.ITIMER_REAL)[0], signal.getsignal(signal.SIGALRM)
+    assert after[1] == before[1]
+    assert (after[0] > 0) == (before[0] > 0)
