@@ -1,11 +1,15 @@
 """Which gripper of the set does which operation, and with which grasp."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from gripwright.design.actuation import ActuatorClass, HoldPolicy, Shortfall
 from gripwright.domain.grasp import FreeGrasp, OperationVerdict
 from gripwright.domain.gripper import Actuator, GripperParameters, Handle
+
+_BELOW = 0.3  # sine of the angle from which a hand counts as coming from below
+_LEAST_N = 1e-3  # smaller forces do not differ
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -55,7 +59,7 @@ def best_handle(
     release_clearance_mm: float,
     policy: HoldPolicy,
 ) -> Handle:
-    """The best of the grasps that the gripper holds: the safest, then the one with the largest gap, then the most symmetric."""
+    """The best of the grasps that the gripper holds, by `_preference`."""
     able = [
         held for held in grasps if kind.serves(held.free) and _holds(parameters, kind, held.free, release_clearance_mm, policy)
     ]
@@ -80,12 +84,15 @@ def _holds(
     return not isinstance(constraint, Shortfall) and parameters.satisfies(constraint, release_clearance_mm)
 
 
-def _preference(held: HeldGrasp) -> tuple[float, float, float, float]:
-    """Least required force first; differences below what is measured do not count."""
-    hold = held.free.hold
+def _preference(held: HeldGrasp) -> tuple[float, ...]:
+    """From above or the side before from below; the least required force, where a tenth more counts as the same; the more
+    upright hand; the largest gap; the most symmetric; the largest contact. Differences below what is measured do not count."""
+    free, hold = held.free, held.free.hold
     return (
-        round(hold.required_force_N, 3),
-        -round(held.free.gap_mm, 3),
+        float(free.rise > _BELOW),
+        round(math.log(max(hold.required_force_N, _LEAST_N)) / math.log(1.1)),
+        round(free.rise, 1),
+        -round(free.gap_mm, 3),
         -round(hold.symmetry, 3),
         -round(hold.contact_area_mm2, 1),
     )

@@ -65,6 +65,7 @@ class FreeGrasp:
     release_opening_mm: float
     gap_mm: float  # estimate; verify states the measured one
     hold: Hold
+    rise: float = 0.0  # z of the approach direction in the product frame at the end: −1 the hand points down, 1 up
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

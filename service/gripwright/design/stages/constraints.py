@@ -157,6 +157,7 @@ class _Judge:
             finger_length_max_mm=longest,
             release_opening_mm=grasp.opening_width_mm
             + (1.0 if grasp.grip == "external" else -1.0) * self._scene.release_clearance_mm,
+            rise=float((self._scene.motion[-1] @ self._scene.X_PC @ grasp.X_CG)[2, 2]),
             gap_mm=check.gap(grasp, reach, 10.0),
             hold=held,
         )
