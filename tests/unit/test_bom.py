@@ -61,7 +61,7 @@ def make_finger(**changes: Any) -> FingerDesign:
 
 
 def make_rows() -> list[BomRow]:
-    return bom(make_task(), [make_gripper("G1", "op-1", "op-2")], {"G1": make_finger()})
+    return bom(make_task(), [make_gripper("G1", "op-1", "op-2")], {"G1": make_finger()}, {})
 
 
 def test_a_gripper_is_an_actuator_fingers_screws_and_pins() -> None:
@@ -89,13 +89,13 @@ def test_screws_are_long_enough_for_the_base_and_the_thread() -> None:
 
 
 def test_a_finger_that_states_no_base_gets_the_documented_screw() -> None:
-    rows = bom(make_task(), [make_gripper()], {"G1": make_finger(properties={})})
+    rows = bom(make_task(), [make_gripper()], {"G1": make_finger(properties={})}, {})
 
     assert [row.model for row in rows[2:]] == ["ISO 4762 M4x16-8.8"]
 
 
 def test_a_gripper_whose_finger_cannot_be_made_has_its_actuator_alone() -> None:
-    assert [row.item for row in bom(make_task(), [make_gripper()], {})] == ["actuator"]
+    assert [row.item for row in bom(make_task(), [make_gripper()], {}, {})] == ["actuator"]
 
 
 def test_a_part_number_depends_on_shape_and_material_alone() -> None:
@@ -134,7 +134,7 @@ def test_the_multi_level_bill_holds_the_same_items_under_their_grippers() -> Non
 
 def test_totals_join_equal_parts_of_several_grippers() -> None:
     fingers = {"G1": make_finger(), "G2": make_finger()}
-    rows = bom(make_task(), [make_gripper("G1", "op-1"), make_gripper("G2", "op-2")], fingers)
+    rows = bom(make_task(), [make_gripper("G1", "op-1"), make_gripper("G2", "op-2")], fingers, {})
 
     joined = totals(rows)
 

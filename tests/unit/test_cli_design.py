@@ -9,8 +9,9 @@ import psutil
 import pytest
 
 from gripwright.cli.design import write_folder
-from gripwright.cli.options import options_of
-from gripwright.domain.errors import InvalidPlan
+from gripwright.cli.options import options_of, owned_setting
+from gripwright.design.plan import plan_of
+from gripwright.domain.errors import InvalidInput, InvalidPlan
 
 FILES = {"design.json": b"{}", "grippers/G1/finger.stl": b"solid"}
 
@@ -128,3 +129,25 @@ def test_sigterm_ends_a_command_and_its_children(tmp_path):
     assert process.wait(timeout=30) in (1, 130)
     _, alive = psutil.wait_procs(children, timeout=10)
     assert not alive
+
+
+def test_grippers_at_hand_are_read_from_a_list_or_from_an_earlier_design(tmp_path):
+    gripper = {"gripper_type": "centric-3", "grip": "external", "opening_min": 1.0, "opening_max": 2.0, "finger_length": 30.0}
+    listed, earlier = tmp_path / "owned.json", tmp_path / "design.json"
+    listed.write_text(json.dumps([{"name": "old", **gripper}]))
+    made = {"id": "G1", "owned": None, **gripper, "palm_radius": 25.0, "actuator": {"maker": "M", "model": "a"}}
+    earlier.write_text(json.dumps({"product": {"part_number": "P", "revision": "A"}, "grippers": [made]}))
+
+    assert options_of(owned_setting(listed)) == {"owned": [{"name": "old", **gripper}]}
+    assert options_of(owned_setting(earlier)) == {
+        "owned": [{"name": "P-A-G1", **gripper, "actuator": "M/a", "palm_radius": 25.0}]
+    }
+
+
+@pytest.mark.parametrize("content", ["{", "3", '{"grippers": [1]}', '{"status": "complete"}'])
+def test_a_file_that_names_no_grippers_is_refused(tmp_path, content):
+    file = tmp_path / "owned.json"
+    file.write_text(content)
+
+    with pytest.raises((InvalidInput, InvalidPlan)):
+        plan_of(options_of(owned_setting(file)))

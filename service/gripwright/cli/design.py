@@ -12,7 +12,7 @@ import typer
 
 from gripwright.cad.limits import DEFAULT_LIMITS
 from gripwright.cad.package import read_package
-from gripwright.cli.options import SET_HELP
+from gripwright.cli.options import OWNED_HELP, SET_HELP, owned_setting
 from gripwright.cli.run import runner_of, shown_progress
 from gripwright.design import pipeline
 from gripwright.domain.errors import Fault, InvalidInput
@@ -29,19 +29,21 @@ def design(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="the design folder; an earlier design in it is replaced")],
     options: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help=SET_HELP)] = None,
     operations: Annotated[Path | None, typer.Option(help="the assembly sequence, instead of the package's own")] = None,
+    owned: Annotated[Path | None, typer.Option(metavar="FILE", help=OWNED_HELP)] = None,
 ) -> None:
     """The whole job: from a product package to its grippers.
 
     Exit code 0: complete, 1: the input is refused, 3: some component has no feasible gripper (the design says why).
     """
     _require_place(out)
+    options = [*(options or []), *(owned_setting(owned) if owned is not None else [])]
     settings = load_settings()
     with shown_progress() as show:
         show(0.0, "read", str(product))
         if product.exists():
             preload()  # while the package is read
         task = read_package(product, DEFAULT_LIMITS, operations)
-        runner = runner_of(settings, options or [], show)
+        runner = runner_of(settings, options, show)
         result = pipeline.design(task, catalogue(settings), runner.plan, runner)
         (folder,) = runner.map("export", [{"result": {"ref": result}}])
         files = runner.get(folder)
@@ -83,6 +85,7 @@ def _summarise(document: Mapping[str, Any], folder: Path) -> None:
     for gripper in grippers:
         opening = f"{gripper['opening_min']:g} to {gripper['opening_max']:g} mm"
         actuator = f"{gripper['actuator']['maker']} {gripper['actuator']['model']}"
+        actuator = f"{gripper['owned']} (at hand)" if gripper["owned"] else actuator
         held = ", ".join(dict.fromkeys(handle["component"] for handle in gripper["handles"]))
         typer.echo(
             f"  {gripper['id']}: {gripper['fingers']} fingers of {gripper['finger_length']:g} mm, {opening}, {actuator}: {held}"

@@ -2,7 +2,7 @@
 because its result is stored) is the runner's business."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -46,13 +46,14 @@ class Runner(Protocol):
 def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner: Runner) -> Ref:
     """The whole job: from an assembly task and a catalogue to a `DesignResult`."""
     chosen = _ref(runner.put(catalogue.select(actuators, plan.actuators)))
+    owned = _ref(_owned(actuators, plan, runner))
     meshes = [runner.put(component.mesh) for component in task.components]
     shapes = _analyse(list(dict.fromkeys(meshes)), runner)
     parts = _participants(task, meshes, shapes, runner)
     scenes = [_operation_inputs(operation, task, parts, runner) for operation in task.operations]
-    verdicts = _refs(runner.map("constraints", [{**scene, "actuators": chosen} for scene in scenes]))
+    verdicts = _refs(runner.map("constraints", [{**scene, "actuators": chosen, "owned": owned} for scene in scenes]))
     skeleton = _ref(runner.put(_without_meshes(task)))
-    selection, cads = _grippers({"task": skeleton, "verdicts": verdicts, "actuators": chosen}, runner)
+    selection, cads = _grippers({"task": skeleton, "verdicts": verdicts, "actuators": chosen, "owned": owned}, runner)
     grippers: Sequence[Gripper] = runner.get(selection).grippers
     given = [_ref(runner.put(gripper)) for gripper in grippers]
     of_operation = dict(zip((operation.id for operation in task.operations), scenes, strict=True))
@@ -80,7 +81,7 @@ def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner
 
 
 def _grippers(problem: Mapping[str, Any], runner: Runner) -> tuple[Ref, list[Ref]]:
-    """The gripper set and the CAD of each gripper.
+    """The gripper set and the CAD of each gripper (None: it is owned).
 
     Where no finger can be made for what a gripper has to bear, its heaviest grasp is barred, and with it all that are
     heavier in that operation, and the set is chosen again; after `_ATTEMPTS` the operations of such grippers are barred.
@@ -89,7 +90,7 @@ def _grippers(problem: Mapping[str, Any], runner: Runner) -> tuple[Ref, list[Ref
     for attempt in range(_ATTEMPTS + 1):
         (selection,) = runner.map("select", [{**problem, "barred": barred}])
         grippers: Sequence[Gripper] = runner.get(selection).grippers
-        cads = runner.map("fingers", [{"gripper": _ref(runner.put(gripper))} for gripper in grippers])
+        cads = _cads(grippers, runner.get(selection).owned, runner)
         refused = [
             (gripper, cad) for gripper, cad in zip(grippers, map(runner.get, cads), strict=True) if isinstance(cad, Rejection)
         ]
@@ -102,6 +103,22 @@ def _grippers(problem: Mapping[str, Any], runner: Runner) -> tuple[Ref, list[Ref
                 limit = 0.0 if last else handle.hold.required_force_N
                 barred = {**barred, handle.operation: {"force": limit, "detail": cad.detail}}
     return selection, cads
+
+
+def _cads(grippers: Sequence[Gripper], owned: Container[str], runner: Runner) -> list[Ref]:
+    new = [gripper for gripper in grippers if gripper.id not in owned]
+    made = runner.map("fingers", [{"gripper": _ref(runner.put(gripper))} for gripper in new])
+    of_gripper = dict(zip((gripper.id for gripper in new), made, strict=True))
+    nothing = runner.put(None)
+    return [of_gripper.get(gripper.id, nothing) for gripper in grippers]
+
+
+def _owned(actuators: Sequence[Actuator], plan: Plan, runner: Runner) -> Ref:
+    """The grippers that are at hand, their actuators from the whole catalogue."""
+    if not plan.owned:
+        return runner.put(())
+    (owned,) = runner.map("owned", [{"actuators": _ref(runner.put(tuple(actuators)))}])
+    return owned
 
 
 def _analyse(meshes: Sequence[Ref], runner: Runner) -> dict[Ref, tuple[Ref, Ref]]:

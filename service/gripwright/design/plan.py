@@ -1,11 +1,34 @@
 """The plan of a design: which plug-ins, with which parameters, and the task-level options of INTERFACE.md."""
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from gripwright.domain.errors import Fault, InvalidPlan
+
+Length = Annotated[float, Field(ge=0, le=1e4)]
+
+
+class OwnedGripper(BaseModel):
+    """A gripper that is at hand. Lengths in mm."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    name: str = Field(min_length=1, max_length=200)
+    gripper_type: str = Field(min_length=1, max_length=200)
+    grip: Literal["external", "internal"] = "external"
+    opening_min: Length
+    opening_max: Length
+    finger_length: Length
+    actuator: str | None = Field(None, description="maker/model in the catalogue; null: of unknown force and default size")
+    palm_radius: Length | None = Field(None, description="of all that is behind the fingers; null: by default")
+
+    @model_validator(mode="after")
+    def _opens(self) -> "OwnedGripper":
+        if self.opening_max < self.opening_min:
+            raise ValueError(f"opening_max {self.opening_max:g} is less than opening_min {self.opening_min:g}")
+        return self
 
 
 class Plan(BaseModel):
@@ -27,6 +50,7 @@ class Plan(BaseModel):
     actuators: Literal["all", "paper"] | tuple[str, ...] = Field(
         "all", description="the catalogue, the paper's two air chucks, or a list of maker/model"
     )
+    owned: tuple[OwnedGripper, ...] = Field((), description="grippers that are at hand: they are used before new ones")
     release_clearance: float = Field(1.0, ge=0, le=50, description="mm that the opening grows to let go")
     finger_length_step: float = Field(5.0, ge=0, le=100, description="mm, finger lengths are rounded up to it")
     safety_factor: float = Field(2.0, ge=1, le=20, description="on the grip force that friction needs")
@@ -35,6 +59,15 @@ class Plan(BaseModel):
     contact_tolerance: float = Field(0.1, ge=0, le=5, description="mm of overlap of the motion itself that is contact")
     seed: int = Field(0, ge=0, description="of everything that is random")
     params: dict[str, dict[str, Any]] = Field(default_factory=dict, description="plug-in key → parameters")
+
+    @field_validator("owned")
+    @classmethod
+    def _named_apart(cls, owned: tuple[OwnedGripper, ...]) -> tuple[OwnedGripper, ...]:
+        names = [gripper.name for gripper in owned]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"two owned grippers have the name {twice[0]!r}")
+        return owned
 
     @property
     def enforce_hold(self) -> bool:

@@ -40,7 +40,7 @@ class DesignResult:
     task: AssemblyTask
     analyses: tuple[Analysis, ...]  # one a component, in the task's order
     grippers: tuple[Gripper, ...]
-    cads: tuple[GripperCad | Rejection, ...]  # one a gripper
+    cads: tuple[GripperCad | Rejection | None, ...]  # one a gripper; None: it is owned
     bom: tuple[BomRow, ...]
 
 
@@ -52,7 +52,7 @@ class DesignParts:
     analyses: Sequence[Analysis]
     verdicts: Sequence[OperationVerdict]
     selection: Selection
-    cads: Sequence[GripperCad | Rejection]
+    cads: Sequence[GripperCad | Rejection | None]
     checks: Sequence[Sequence[HandleReport]]  # one a gripper, one a handle
 
 
@@ -69,14 +69,14 @@ def design_result(parts: DesignParts, plan: Plan, versions: Mapping[str, PluginV
         for gripper, cad in zip(parts.selection.grippers, parts.cads, strict=True)
         if isinstance(cad, GripperCad)
     }
-    rows = tuple(bom(parts.task, parts.selection.grippers, fingers))
+    rows = tuple(bom(parts.task, parts.selection.grippers, fingers, parts.selection.owned))
     document = {
         "product": {"part_number": parts.task.part_number, "revision": parts.task.revision, "name": parts.task.name},
         "status": "complete" if complete else "incomplete",
         "operations": list(operations.values()),
         "components": components,
         "grippers": [
-            _gripper(gripper, cad, checks)
+            _gripper(gripper, cad, checks, parts.selection.owned.get(gripper.id))
             for gripper, cad, checks in zip(parts.selection.grippers, parts.cads, parts.checks, strict=True)
         ],
         "optimum": parts.selection.optimum,
@@ -188,17 +188,21 @@ def _primitive(item: SegmentAnalysis) -> dict[str, Any] | None:
     return {"kind": item.primitive.kind, **item.primitive.to_dict(), "volume_ratio": ratio, "rms": item.primitive.rms_mm}
 
 
-def _gripper(gripper: Gripper, cad: GripperCad | Rejection, checks: Sequence[HandleReport]) -> dict[str, Any]:
+def _gripper(
+    gripper: Gripper, cad: GripperCad | Rejection | None, checks: Sequence[HandleReport], owned: str | None
+) -> dict[str, Any]:
     folder = f"grippers/{gripper.id}"
     made = cad if isinstance(cad, GripperCad) else None
     return {
         "id": gripper.id,
+        "owned": owned,
         "gripper_type": gripper.gripper_type,
         "fingers": gripper.fingers,
         "grip": gripper.grip,
         "opening_min": _mm(gripper.opening_min_mm),
         "opening_max": _mm(gripper.opening_max_mm),
         "finger_length": _mm(gripper.finger_length_mm),
+        "palm_radius": _mm(gripper.envelope_mm),
         "actuator": {
             "maker": gripper.actuator.maker,
             "model": gripper.actuator.model,

@@ -11,6 +11,7 @@ from gripwright.design import catalogue, scenes
 from gripwright.design.hand_check import OperationScene
 from gripwright.design.operation_class import OperationClass, PlacedComponent, classify
 from gripwright.design.overlap import deepest_overlap
+from gripwright.design.owned import owned_grippers
 from gripwright.design.plan import Plan
 from gripwright.design.result import DesignParts, DesignResult, design_result
 from gripwright.design.stages import affordance, constraints, fingers, rules, select, verify
@@ -78,6 +79,10 @@ class Participant:
     grips: ComponentGrips | None = None
 
 
+def _owned(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> tuple[Gripper, ...]:
+    return owned_grippers(plan.owned, inputs["actuators"], toolbox.hands)
+
+
 def _prepare(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> PreparedShape:
     mesh: Mesh = inputs["mesh"]
     made = prepare(mesh, PrepareSettings(), ctx)
@@ -142,7 +147,7 @@ def _constraints(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: R
         kind = classify(operation.motion, operation.fit, _marked(inputs["active"]), _marked(inputs["passive"]))
         operation = _with_default_force(operation, kind, plan)
         warnings = _overlap_warnings(operation, inputs, plan)
-    envelopes = _envelopes(inputs["actuators"], plan, toolbox)
+    envelopes = _envelopes(inputs["actuators"], inputs["owned"])
     verdicts: dict[str, tuple[SegmentVerdict, ...]] = {}
     for held in _active(inputs):
         if held.component.id in operation.graspable:
@@ -208,8 +213,8 @@ def _overlap_warnings(operation: Operation, inputs: Mapping[str, Any], plan: Pla
     return (f"{operation.id}: {found}; its grasps are judged all the same",)
 
 
-def _envelopes(actuators: Sequence[Actuator], plan: Plan, toolbox: Toolbox) -> constraints.Envelopes:
-    """The palm envelopes, rounded up to rungs, of the actuators that may hold a width."""
+def _envelopes(actuators: Sequence[Actuator], owned: Sequence[Gripper]) -> constraints.Envelopes:
+    """The palm envelopes, rounded up to rungs, of the actuators and of the owned grippers that may hold a width."""
 
     def of(gripper_type: str, opening_width_mm: float) -> FloatArray:
         needed = [
@@ -217,6 +222,7 @@ def _envelopes(actuators: Sequence[Actuator], plan: Plan, toolbox: Toolbox) -> c
             for actuator in actuators
             if actuator.gripper_type == gripper_type
         ]
+        needed += [gripper.envelope_mm for gripper in owned if gripper.gripper_type == gripper_type]
         ladder = catalogue.envelope_ladder(max(needed, default=0.0))
         return ladder[np.unique(np.searchsorted(ladder, np.array(needed) - 1e-9))] if needed else np.zeros(0)
 
@@ -246,7 +252,8 @@ def _held_scene(inputs: Mapping[str, Any], held: Participant, plan: Plan) -> tup
 
 def _select(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:
     verdicts = [_without_barred(verdict, inputs["barred"].get(verdict.operation)) for verdict in inputs["verdicts"]]
-    return select.select(inputs["task"], verdicts, inputs["actuators"], select.options_of(plan), toolbox, ctx)
+    options = dataclasses.replace(select.options_of(plan), owned=inputs["owned"])
+    return select.select(inputs["task"], verdicts, inputs["actuators"], options, toolbox, ctx)
 
 
 def _without_barred(verdict: OperationVerdict, barred: Mapping[str, Any] | None) -> OperationVerdict:
@@ -294,10 +301,11 @@ def _verify(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCon
             continue
         held = next(item for item in _active(operation) if item.component.id == handle.component)
         scene, component = _held_scene(operation, held, plan)
+        hand = toolbox.hands[gripper.gripper_type]
         reports.append(
-            verify.verify_handle(
-                gripper, handle, cad.finger.mesh, cad.body, toolbox.hands[gripper.gripper_type], scene, component.solid, ctx
-            )
+            verify.verify_owned(gripper, handle, hand, scene, component.solid, ctx)
+            if cad is None
+            else verify.verify_handle(gripper, handle, cad.finger.mesh, cad.body, hand, scene, component.solid, ctx)
         )
         ctx.progress(len(reports) / len(gripper.handles), f"{gripper.id}: {handle.operation}")
     return tuple(reports)
@@ -311,6 +319,7 @@ _GRASPING = ("min_contact", "margin", "release_clearance", "contact_tolerance", 
 STAGES: Mapping[str, Stage] = {
     stage.name: stage
     for stage in (
+        Stage(name="owned", function=_owned, uses=("hand",), plan_fields=("owned",)),
         Stage(name="prepare", function=_prepare),
         Stage(name="segment", function=_segment, uses=("segmenter",), plan_fields=("seed",)),
         Stage(name="fit", function=_fit, uses=("segmenter", "fitter"), plan_fields=("seed",)),

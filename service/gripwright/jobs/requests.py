@@ -7,6 +7,7 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from gripwright.design.catalogue import select
+from gripwright.design.owned import actuators_of
 from gripwright.design.records import dumps
 from gripwright.domain.errors import Conflict, Fault, InvalidInput
 from gripwright.registry.description import RegistryDescription, check_options
@@ -33,7 +34,9 @@ def request_design(
         fault = Fault(pointer="/operations", message="the product has no assembly sequence: PUT its operations first")
         raise InvalidInput("the product has no operations", faults=(fault,))
     catalogue = tuple(actuator_of(row) for row in ActuatorRepository(session).all())
-    select(catalogue, check_options(options, description).actuators)
+    plan = check_options(options, description)
+    select(catalogue, plan.actuators)
+    actuators_of(plan.owned, catalogue)
     design = DesignRow(
         id=new_id(now),
         product_id=product.id,

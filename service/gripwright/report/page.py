@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gripwright.design.result import DesignResult
+from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.errors import Rejection
 from gripwright.plugin_api import HandModel
 from gripwright.report.pictures import segment_colours
@@ -67,7 +68,8 @@ def _summary(document: Mapping[str, Any]) -> str:
     )
     return (
         f'<p><span class="{_tone(document["status"] == "complete")}">{escape(document["status"])}</span>: '
-        f"{len(document['grippers'])} grippers do {covered} of {len(operations)} operations. {proof}</p>"
+        f"{len(document['grippers'])} grippers, {optimum['new']} of them new, do {covered} of {len(operations)} operations. "
+        f"{proof}</p>"
     )
 
 
@@ -82,6 +84,8 @@ def _grippers(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
         )
         if isinstance(cad, Rejection):
             cards.append(f'<p>{text}<br><span class="no">{escape(cad.detail)}</span></p>')
+        elif cad is None:
+            cards.append(f"<p>{text}<br>at hand: {escape(entry['owned'])}; checked by its hand model, no CAD is made</p>")
         else:
             cards.append(_figure(gripper_view(gripper, cad, hands[gripper.gripper_type]), text, f"gripper {gripper.id}, open"))
     return f'<h2>Grippers</h2><div class="cards">{"".join(cards)}</div>'
@@ -114,7 +118,8 @@ def _handles(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
     cards = []
     for gripper, cad, entry in zip(result.grippers, result.cads, result.document["grippers"], strict=True):
         for handle, record in zip(gripper.handles, entry["handles"], strict=True):
-            gap = "nothing stands around" if record["gap"] is None else f"gap {record['gap']:.2f} mm"
+            gap = "no gap measured" if cad is None else "nothing stands around"
+            gap = gap if record["gap"] is None else f"gap {record['gap']:.2f} mm"
             safety = record["hold"]["safety_factor"]
             force = "actuator's force unknown" if safety is None else f"safety factor {safety:.1f}"
             text = (
@@ -122,7 +127,7 @@ def _handles(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
                 f"{handle.segment}, at {record['opening_width']:.2f} mm, {escape(record['grasp'])}; {gap}; needs "
                 f"{record['hold']['required_force']:.0f} N, {force}"
             )
-            if isinstance(cad, Rejection):
+            if not isinstance(cad, GripperCad):
                 cards.append(f"<p>{text}</p>")
                 continue
             picture = handle_view(result, gripper, handle, cad, hands[gripper.gripper_type])

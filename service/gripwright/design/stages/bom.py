@@ -12,7 +12,7 @@ import numpy as np
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.gripper import FingerDesign, Gripper
 
-BUY, MAKE = "buy", "make"
+BUY, MAKE, OWNED = "buy", "make", "owned"
 
 _SCREWS_A_FINGER = 2
 _SCREW_DEFAULT_MM = (4.0, 16.0)  # thread and length where the finger does not state its base
@@ -51,15 +51,21 @@ class BomRow:
 COLUMNS = tuple(field.name for field in fields(BomRow))
 
 
-def bom(task: AssemblyTask, grippers: Sequence[Gripper], fingers: Mapping[str, FingerDesign]) -> list[BomRow]:
+def bom(
+    task: AssemblyTask, grippers: Sequence[Gripper], fingers: Mapping[str, FingerDesign], owned: Mapping[str, str]
+) -> list[BomRow]:
     """All rows, gripper by gripper; `fingers` by gripper id. A gripper without finger has its actuator alone.
 
+    `owned` has the names of grippers that are at hand, by gripper id: one row each, with nothing to buy or make.
     Operations stand in the order of the assembly sequence.
     """
     sequence = {operation.id: i for i, operation in enumerate(task.operations)}
     rows: list[BomRow] = []
     for gripper in grippers:
         operations = tuple(sorted((handle.operation for handle in gripper.handles), key=lambda op: sequence[op]))
+        if gripper.id in owned:
+            rows.append(_owned_row(gripper, owned[gripper.id], operations))
+            continue
         rows.append(_actuator_row(gripper, operations))
         if gripper.id in fingers:
             rows.extend(_finger_rows(gripper, fingers[gripper.id], operations))
@@ -135,6 +141,20 @@ def _actuator_row(gripper: Gripper, operations: tuple[str, ...]) -> BomRow:
         mass_kg=actuator.mass_kg,
         operations=operations,
         files=(f"grippers/{gripper.id}/body.stl",),
+    )
+
+
+def _owned_row(gripper: Gripper, name: str, operations: tuple[str, ...]) -> BomRow:
+    return BomRow(
+        gripper=gripper.id,
+        item="gripper",
+        make_or_buy=OWNED,
+        maker=gripper.actuator.maker,
+        model=gripper.actuator.model,
+        part_number=name,
+        quantity=1,
+        description=f"{gripper.gripper_type} gripper at hand, fingers {gripper.finger_length_mm:g} mm",
+        operations=operations,
     )
 
 

@@ -23,7 +23,10 @@ _POSES = 24  # along the motion, besides start and end
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HandleReport:
-    """What was found of one handle: the faults, and the least distance to the passive subassembly (None: there is none)."""
+    """What was found of one handle: the faults, and the least distance to the passive subassembly.
+
+    None: there is none, or there is no CAD to measure.
+    """
 
     operation: str
     faults: tuple[str, ...]
@@ -51,6 +54,14 @@ def verify_handle(
     if gap is not None and gap < scene.margin_mm - 1e-6:
         faults.append(f"the gap to the passive subassembly is {gap:.3f} mm, at least {scene.margin_mm} mm")
     return HandleReport(operation=handle.operation, faults=tuple(dict.fromkeys(faults)), gap_mm=gap)
+
+
+def verify_owned(
+    gripper: Gripper, handle: Handle, hand: HandModel, scene: OperationScene, solid: Mesh, ctx: RunContext
+) -> HandleReport:
+    """Check one handle of a gripper that is at hand by its hand model alone: there is no CAD of it, and no gap is measured."""
+    faults = [*_touch(gripper, handle, solid, hand, ctx), *_swept(gripper, handle, hand, scene)]
+    return HandleReport(operation=handle.operation, faults=tuple(dict.fromkeys(faults)), gap_mm=None)
 
 
 def _touch(gripper: Gripper, handle: Handle, solid: Mesh, hand: HandModel, ctx: RunContext) -> list[str]:

@@ -1,0 +1,191 @@
+"""Grippers that are at hand, from the plan to the answer."""
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gripwright.design import pipeline
+from gripwright.design.catalogue import palm_envelope_mm
+from gripwright.design.gripper_set import minimise
+from gripwright.design.owned import actuators_of, owned_grippers, specifications
+from gripwright.design.plan import Plan, plan_of
+from gripwright.design.result import DesignResult
+from gripwright.design.steps import STAGES
+from gripwright.design.toolbox import Toolbox
+from gripwright.domain.assembly import AssemblyTask, Component, Operation
+from gripwright.domain.errors import InvalidPlan
+from gripwright.domain.grasp import CENTRIC_3
+from gripwright.domain.gripper import Actuator
+from gripwright.geometry import brep
+from gripwright.plugin_api import RunContext
+from gripwright.registry.building import build_toolbox
+from gripwright.registry.discovery import load_registry
+from gripwright_builtin.hands.centric import CentricHand
+from gripwright_builtin.hands.prism import HandSettings
+from gripwright_builtin.optimizers.set_cover import SetCoverOptimizer, SetCoverParams
+
+PAPER_WIDTHS = Path(__file__).resolve().parents[3] / "shared" / "data" / "paper-widths.json"
+
+
+class HereRunner:
+    """Runs every stage in this process and keeps the values by number."""
+
+    def __init__(self, plan: Plan, toolbox: Toolbox) -> None:
+        self._plan, self._toolbox = plan, toolbox
+        self._values: list[Any] = []
+        self.ran: list[str] = []
+
+    def put(self, value: Any) -> str:
+        self._values.append(value)
+        return str(len(self._values) - 1)
+
+    def get(self, ref: str) -> Any:
+        return self._values[int(ref)]
+
+    def map(self, stage: str, calls: Sequence[Mapping[str, Any]]) -> list[str]:
+        self.ran += [stage] * len(calls)
+        function = STAGES[stage].function
+        return [self.put(function(self._of(call), self._plan, self._toolbox, RunContext())) for call in calls]
+
+    def _of(self, node: Any) -> Any:
+        if isinstance(node, Mapping):
+            return self.get(node["ref"]) if set(node) == {"ref"} else {name: self._of(item) for name, item in node.items()}
+        return [self._of(item) for item in node] if isinstance(node, list | tuple) else node
+
+
+def make_actuator(**figures: Any) -> Actuator:
+    figures = {"maker": "M", "model": "a", "gripper_type": CENTRIC_3, "stroke_mm": 10.0, "grip_force_N": 200.0, **figures}
+    return Actuator(**{"opening_max_mm": 40.0, "mass_kg": 0.4, **figures})
+
+
+def make_owned(**fields: Any) -> dict[str, Any]:
+    owned = {"name": "old", "gripper_type": CENTRIC_3, "opening_min": 15.0, "opening_max": 25.0, "finger_length": 40.0}
+    return {**owned, **fields}
+
+
+def make_task() -> AssemblyTask:
+    """Two pegs, 20 and 60 mm thick, each set down alone."""
+    down = np.stack([np.eye(4)] * 2)
+    down[0, 2, 3] = 100.0
+    pegs = [brep.tessellate(brep.cylinder_z(0.0, 0.0, radius, 0.0, 60.0)) for radius in (10.0, 30.0)]
+    return AssemblyTask(
+        part_number="P",
+        revision="A",
+        name="",
+        components=tuple(
+            Component(id=name, mesh=mesh, X_PC=np.eye(4), density_kg_m3=500.0) for name, mesh in zip("ab", pegs, strict=True)
+        ),
+        obstacles=(),
+        operations=tuple(Operation(id=f"op-{name}", active=(name,), passive=(), motion=down) for name in "ab"),
+    )
+
+
+def design(owned: Sequence[Mapping[str, Any]]) -> tuple[DesignResult, list[str]]:
+    plan = plan_of({"owned": owned})
+    runner = HereRunner(plan, build_toolbox(plan, load_registry()))
+    result: DesignResult = runner.get(pipeline.design(make_task(), [make_actuator()], plan, runner))
+    return result, runner.ran
+
+
+@pytest.fixture(scope="module")
+def first() -> DesignResult:
+    return design([])[0]
+
+
+def test_a_design_with_all_grippers_of_an_earlier_one_makes_and_buys_nothing(first: DesignResult) -> None:
+    assert (first.document["status"], first.document["optimum"]["new"]) == ("complete", 2)
+
+    again, ran = design(specifications(first.document))
+
+    assert (again.document["status"], again.document["optimum"]["new"]) == ("complete", 0)
+    assert [gripper["owned"] for gripper in again.document["grippers"]] == ["P-A-G1", "P-A-G2"]
+    assert [(row.make_or_buy, row.part_number) for row in again.bom] == [("owned", "P-A-G1"), ("owned", "P-A-G2")]
+    assert again.cads == (None, None)
+    assert "fingers" not in ran
+    for old, new in zip(first.document["grippers"], again.document["grippers"], strict=True):
+        for key in ("opening_min", "opening_max", "finger_length", "palm_radius"):
+            assert new[key] == old[key]
+        assert (new["files"], new["finger"]) == ({}, None)
+        assert all(handle["verified"] for handle in new["handles"])
+
+
+def test_what_no_owned_gripper_holds_gets_a_new_one(first: DesignResult) -> None:
+    owned = specifications(first.document)[:1]
+
+    again, _ = design(owned)
+
+    assert (again.document["status"], again.document["optimum"]["new"]) == ("complete", 1)
+    assert [gripper["owned"] for gripper in again.document["grippers"]] == ["P-A-G1", None]
+    assert {row.make_or_buy for row in again.bom if row.gripper == "G2"} == {"buy", "make"}
+
+
+def test_three_of_the_papers_four_grippers_at_hand_leave_one_to_make() -> None:
+    if not PAPER_WIDTHS.exists() and os.environ.get("CI") != "true":
+        pytest.skip(f"{PAPER_WIDTHS} is not there")
+    document = json.loads(PAPER_WIDTHS.read_text(encoding="utf-8"))
+    problem = {
+        key: document[key] for key in ("strokes", "release_clearance", "finger_length_step", "components") if key in document
+    }
+    optimizer: Any = SetCoverOptimizer(SetCoverParams())
+    figures = ("gripper_type", "opening_min", "opening_max", "finger_length")
+    published = [{key: gripper[key] for key in figures} for gripper in minimise(problem, optimizer)["grippers"]]
+    assert len(published) == 4
+
+    for missing in range(4):
+        owned = published[:missing] + published[missing + 1 :]
+        assert minimise({**problem, "owned": owned}, optimizer)["new"] == 1
+
+
+def test_an_owned_gripper_has_its_own_figures_and_those_of_its_actuator() -> None:
+    hands: Any = {CENTRIC_3: CentricHand(HandSettings())}
+    plan = plan_of({"owned": [make_owned(actuator="M/a"), make_owned(name="plain", palm_radius=33.0)]})
+
+    named, plain = owned_grippers(plan.owned, [make_actuator()], hands)
+
+    assert (named.id, named.fingers, named.finger_length_mm) == ("old", 3, 40.0)
+    assert named.opening_min_mm == pytest.approx(15.0, abs=5e-5)
+    assert named.opening_max_mm == pytest.approx(25.0, abs=5e-5)
+    assert named.envelope_mm == pytest.approx(palm_envelope_mm(make_actuator(), 25.0))
+    assert (plain.actuator.grip_force_N, plain.actuator.stroke_mm, plain.envelope_mm) == (None, 10.0, 33.0)
+
+
+def test_owned_grippers_that_cannot_be_are_refused_together() -> None:
+    plan = plan_of({"owned": [make_owned(actuator="M/b"), make_owned(name="wide", actuator="M/a", opening_max=40.0)]})
+
+    with pytest.raises(InvalidPlan) as refused:
+        actuators_of(plan.owned, [make_actuator()])
+
+    assert [fault.pointer for fault in refused.value.faults] == ["/options/owned/0/actuator", "/options/owned/1/opening_max"]
+
+
+def test_an_owned_gripper_without_a_hand_model_is_refused() -> None:
+    plan = plan_of({"owned": [make_owned(gripper_type="vacuum-1")]})
+
+    with pytest.raises(InvalidPlan) as refused:
+        owned_grippers(plan.owned, [], {})
+
+    assert refused.value.faults[0].pointer == "/options/owned/0/gripper_type"
+
+
+@pytest.mark.parametrize(
+    ("owned", "pointer"),
+    [
+        ([make_owned(), make_owned()], "/options/owned"),
+        ([make_owned(opening_max=14.0)], "/options/owned/0"),
+        ([make_owned(opening_min=-1.0)], "/options/owned/0/opening_min"),
+        ([make_owned(finger_length=float("nan"))], "/options/owned/0/finger_length"),
+        ([make_owned(color="red")], "/options/owned/0/color"),
+        ([make_owned(grip="magnetic")], "/options/owned/0/grip"),
+        (["old"], "/options/owned/0"),
+    ],
+)
+def test_a_specification_that_is_none_is_refused_at_its_place(owned: list[Any], pointer: str) -> None:
+    with pytest.raises(InvalidPlan) as refused:
+        plan_of({"owned": owned})
+
+    assert [fault.pointer for fault in refused.value.faults] == [pointer]
