@@ -1,0 +1,57 @@
+import json
+import zlib
+
+import numpy as np
+import pytest
+
+from gripwright.design.records import dumps, loads, record_types
+from gripwright.design.toolbox import record_classes
+from gripwright.domain.errors import Rejection
+from gripwright.domain.shape import Cylinder, Mesh
+
+TYPES = record_types(record_classes())
+
+
+def cylinder() -> Cylinder:
+    return Cylinder(
+        center_C=np.array([1.0, 2.0, 3.0]),
+        axis_C=np.array([0.0, 0.0, 1.0]),
+        radius_mm=5.0,
+        height_mm=np.inf,
+        internal=True,
+        arc_rad=1.0,
+        rms_mm=0.0,
+        surface_filled=False,
+    )
+
+
+def test_what_was_stored_comes_back_with_its_types_and_bits() -> None:
+    value = {"fit": cylinder(), 3: (1, 2.5, None, True), "list": [Rejection("a", "b")], "bytes": b"\x00\xff", "nan": float("nan")}
+
+    back = loads(dumps(value), TYPES)
+
+    assert isinstance(back["fit"], Cylinder)
+    assert (back["fit"].center_C == cylinder().center_C).all()
+    assert back["fit"].height_mm == np.inf
+    assert back[3] == (1, 2.5, None, True)
+    assert back["list"] == [Rejection("a", "b")]
+    assert back["bytes"] == b"\x00\xff"
+    assert np.isnan(back["nan"])
+
+
+def test_the_same_value_gives_the_same_bytes() -> None:
+    mesh = Mesh(vertices_mm=np.random.default_rng(1).normal(size=(50, 3)), faces=np.arange(48).reshape(-1, 3))
+
+    assert dumps(mesh) == dumps(loads(dumps(mesh), TYPES))
+
+
+def test_a_record_builds_nothing_but_known_dataclasses() -> None:
+    hostile = zlib.compress(json.dumps({"$type": "os:system", "fields": {"command": "true"}}).encode())
+
+    with pytest.raises(ValueError, match="os:system"):
+        loads(hostile, TYPES)
+
+
+def test_what_no_record_can_hold_is_refused_when_it_is_written() -> None:
+    with pytest.raises(TypeError, match="set"):
+        dumps({"a": {1, 2}})
