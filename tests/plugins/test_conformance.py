@@ -76,7 +76,7 @@ def test_samples_are_closed_solids_divided_without_gap_or_overlap():
 def test_a_tilted_sample_has_the_volume_of_the_upright_one():
     samples = {sample.name: volume_mm3(sample.component.mesh) for sample in sample_components()}
 
-    for name in ("stepped shaft", "box with boss", "ring"):
+    for name in [name for name in samples if not name.startswith("tilted")]:
         assert samples[f"tilted {name}"] == pytest.approx(samples[name], rel=1e-9)
 
 

@@ -22,11 +22,11 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "migrate": ("gripwright.cli.serve", "Bring the database to this version."),
         "demo": ("gripwright.cli.demo", "The sample product through the real service."),
         "sample": ("gripwright.cli.sample", "Write the sample product as a package."),
-        "plugins": ("gripwright.cli.plugins", "What is installed: kind, name, version, where from."),
+        "plugins": ("gripwright.cli.plugins", "What is installed; check it, or begin a new plug-in."),
         "openapi": ("gripwright.cli.openapi", "The OpenAPI document on standard output."),
     }
 )
-"""Name → (module that has a function of that name, one line of help)."""
+"""Name → (module that has a function or a Typer of that name, one line of help)."""
 
 REFUSED, BROKEN, STOPPED = 1, 70, 130
 """Exit codes beside 0: the input is refused, the software or a plug-in broke, somebody stopped it."""
@@ -43,10 +43,11 @@ class _Deferred(TyperCommand):
 
     def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
         assert self.name is not None
-        function = getattr(importlib.import_module(self._module), self.name)
-        only = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-        only.command(name=self.name)(function)
-        return get_command(only).make_context(info_name, args, parent, **extra)
+        command = getattr(importlib.import_module(self._module), self.name)
+        if not isinstance(command, typer.Typer):
+            function, command = command, typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+            command.command(name=self.name)(function)
+        return get_command(command).make_context(info_name, args, parent, **extra)
 
 
 class _Commands(TyperGroup):

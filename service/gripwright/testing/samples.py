@@ -40,8 +40,8 @@ class Sample:
 
 
 def sample_components() -> tuple[Sample, ...]:
-    """A stepped shaft, a box with a boss and a ring, each along the axes and tilted."""
-    upright = (_stepped_shaft(), _box_with_boss(), _ring())
+    """A stepped shaft, a box with a boss, a ring, a ball, a truncated cone and a hexagonal prism; along the axes and tilted."""
+    upright = (_stepped_shaft(), _box_with_boss(), _ring(), _ball(), _truncated_cone(), _hexagonal_prism())
     return (*upright, *(_tilted(sample) for sample in upright))
 
 
@@ -68,16 +68,31 @@ def _ring() -> Sample:
     return _sample("ring", solid, lambda centres: np.hypot(centres[:, 0], centres[:, 1]) < 9.0 + 1e-6)
 
 
+def _ball() -> Sample:
+    """Radius 12."""
+    return _sample("ball", manifold3d.Manifold.sphere(12.0, _SECTIONS))
+
+
+def _truncated_cone() -> Sample:
+    """Radius 10 at the foot, 4 at the top, 15 high."""
+    return _sample("truncated cone", manifold3d.Manifold.cylinder(15.0, 10.0, 4.0, _SECTIONS))
+
+
+def _hexagonal_prism() -> Sample:
+    """Corners at radius 10, 14 high."""
+    return _sample("hexagonal prism", manifold3d.Manifold.cylinder(14.0, 10.0, 10.0, 6))
+
+
 def _cylinder(height_mm: float, radius_mm: float) -> manifold3d.Manifold:
     return manifold3d.Manifold.cylinder(height_mm, radius_mm, radius_mm, _SECTIONS)
 
 
-def _sample(name: str, solid: manifold3d.Manifold, second: Callable[[FloatArray], BoolArray]) -> Sample:
-    """A solid whose faces are two segments; `second` tells the second one's by their centres (m, 3)."""
+def _sample(name: str, solid: manifold3d.Manifold, second: Callable[[FloatArray], BoolArray] | None = None) -> Sample:
+    """A solid whose faces are one segment, or two; `second` tells the second one's by their centres (m, 3)."""
     found = solid.to_mesh64()
     mesh = Mesh(vertices_mm=np.array(found.vert_properties[:, :3], dtype=float), faces=np.array(found.tri_verts, dtype=np.int64))
-    in_second = second(face_centres_mm(mesh))
-    segments = tuple(_segment(k, mesh, np.flatnonzero(in_second == bool(k))) for k in range(2))
+    labels = second(face_centres_mm(mesh)).astype(int) if second is not None else np.zeros(len(mesh.faces), dtype=int)
+    segments = tuple(_segment(k, mesh, np.flatnonzero(labels == k)) for k in range(labels.max() + 1))
     return Sample(name=name, component=Component(id=name.replace(" ", "-"), mesh=mesh, X_PC=IDENTITY), segments=segments)
 
 

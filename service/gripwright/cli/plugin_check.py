@@ -1,0 +1,48 @@
+"""The conformance suite in processes of their own: a plug-in that crashes or hangs ends its process, and is named."""
+
+import faulthandler
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Collection, Iterator, Sequence
+
+from gripwright.registry.discovery import load_registry
+from gripwright.testing import check_plugin
+
+_PATIENCE = 4.0
+"""A process is given up after so many time limits of one check: code outside Python does not notice the limit itself."""
+
+
+def findings_in_children(
+    names: Sequence[str], allow: Collection[str] | None, time_limit_s: float
+) -> Iterator[tuple[str, list[str]]]:
+    """Each plug-in with its findings, as they come. One process for all, and a new one after each that ends badly."""
+    waiting = list(names)
+    while waiting:
+        request = {"names": waiting, "allow": None if allow is None else sorted(allow), "time_limit_s": time_limit_s}
+        command = [sys.executable, "-m", "gripwright.cli.plugin_check", json.dumps(request)]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as child:
+            assert child.stdout is not None
+            for line in child.stdout:
+                found = json.loads(line)
+                waiting.remove(found["name"])
+                yield found["name"], found["findings"]
+        if waiting:
+            yield waiting.pop(0), [f"crash: its process ended with code {child.returncode} during the checks"]
+
+
+def main(request: str) -> None:
+    """Check the plug-ins that a request names; one line of JSON each. What they print themselves goes to standard error."""
+    asked = json.loads(request)
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    installed = {plugin.name: plugin.plugin for plugin in load_registry(allow=asked["allow"]).plugins}
+    for name in asked["names"]:
+        faulthandler.dump_traceback_later(_PATIENCE * asked["time_limit_s"], exit=True)
+        findings = [str(finding) for finding in check_plugin(installed[name], time_limit_s=asked["time_limit_s"])]
+        print(json.dumps({"name": name, "findings": findings}), file=answers, flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

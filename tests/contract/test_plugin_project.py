@@ -1,0 +1,142 @@
+"""A new plug-in's project passes its own tests at once, and what is installed can be checked by the command."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from gripwright.cli.plugin_project import write_project
+from gripwright.domain.errors import Conflict, InvalidInput
+from gripwright.plugin_api.manifest import KINDS
+from plugin_factory import install
+
+CRASHES = '''
+import os
+
+from gripwright.domain.errors import Rejection
+from gripwright.plugin_api import API_VERSION, Manifest, Params, PluginEntry
+
+
+class Crashes:
+    """Ends the process."""
+
+    key = "crashes"
+    params_model = Params
+
+    def __init__(self, params):
+        self.params = params
+
+    def fit(self, component, segment, ctx):
+        os.abort()
+
+
+class Declines(Crashes):
+    """Fits nothing."""
+
+    key = "declines"
+
+    def fit(self, component, segment, ctx):
+        print("{a line of its own")
+        return Rejection("none", "fits nothing")
+
+
+class Raises(Crashes):
+    key = "raises"
+
+    def fit(self, component, segment, ctx):
+        raise ValueError("no ball")
+
+
+manifest = Manifest(
+    name="fakes", version="1.0", api_version=API_VERSION,
+    plugins=tuple(PluginEntry(kind="fitter", key=c.key, target=f"{__name__}:{c.__name__}") for c in (Crashes, Declines, Raises)),
+)
+'''
+
+
+def run(folder: Path, *arguments: str, path: Path) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(path)}
+    command = [sys.executable, "-m", *arguments]
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False)
+
+
+@pytest.fixture
+def site(tmp_path, monkeypatch):
+    """A folder in which plug-ins are installed; nothing else is allowed."""
+    folder = tmp_path / "site"
+    folder.mkdir()
+    install(folder, "gripwright-fakes", CRASHES)
+    monkeypatch.setenv("GRIPWRIGHT_PLUGINS_ALLOW", '["gripwright-fakes"]')
+    return folder
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_new_project_passes_its_own_tests(kind, tmp_path):
+    folder = write_project("my_first", kind, tmp_path)
+
+    tested = run(folder, "pytest", "-q", "-p", "no:cacheprovider", path=folder / "src")
+
+    assert tested.returncode == 0, tested.stdout
+    assert re.search(r"\d\d passed", tested.stdout)
+    assert not [file for file in folder.rglob("*.*") if file.is_file() and "$" in file.read_text(encoding="utf-8")]
+
+
+def test_a_project_is_not_written_over_another(tmp_path):
+    write_project("ball", "fitter", tmp_path)
+
+    with pytest.raises(Conflict, match="exists already"):
+        write_project("ball", "rule", tmp_path)
+
+
+@pytest.mark.parametrize("name", ["Ball", "a-ball", "../ball", "1ball", "_ball", "ball_", "", "b" * 41, "ball\n"])
+def test_a_name_that_is_no_key_is_refused(name, tmp_path):
+    with pytest.raises(InvalidInput, match="no name for a plug-in"):
+        write_project(name, "fitter", tmp_path)
+
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_kind_that_there_is_not_is_refused(tmp_path):
+    with pytest.raises(InvalidInput, match="kinds are segmenter, fitter"):
+        write_project("ball", "fitters", tmp_path)
+
+
+def test_the_command_writes_a_project_and_says_where(tmp_path):
+    made = run(tmp_path, "gripwright.cli", "plugins", "new", "ball", "--kind", "fitter", path=tmp_path)
+
+    assert made.returncode == 0, made.stderr
+    assert "gripwright-ball" in made.stdout
+    assert (tmp_path / "gripwright-ball/src/gripwright_ball/fitter.py").is_file()
+
+
+def test_checking_names_what_crashes_and_what_raises_and_goes_on(site):
+    checked = run(site, "gripwright.cli", "plugins", "check", path=site)
+
+    assert checked.returncode == 1, checked.stderr
+    assert re.search(r"^fitter/crashes: fails\n  crash: its process ended with code -6 during the checks$", checked.stdout, re.M)
+    assert "fitter/declines: passes" in checked.stdout
+    assert re.search(r"^fitter/raises: fails\n  answers: .* fit raises ValueError: no ball;", checked.stdout, re.M)
+
+
+@pytest.mark.parametrize("key", ["declines", "fitter/declines"])
+def test_one_plugin_is_checked_by_its_key(site, key):
+    checked = run(site, "gripwright.cli", "plugins", "check", key, path=site)
+
+    assert (checked.returncode, checked.stdout) == (0, "fitter/declines: passes\n")
+
+
+def test_a_key_that_is_not_installed_is_refused(site):
+    checked = run(site, "gripwright.cli", "plugins", "check", "cone", path=site)
+
+    assert checked.returncode == 1
+    assert checked.stderr.startswith("no plug-in 'cone' is installed; there are fitter/crashes, ")
+
+
+def test_the_list_needs_no_further_word(site):
+    listed = run(site, "gripwright.cli", "plugins", path=site)
+
+    assert listed.returncode == 0
+    assert [line.split()[1] for line in listed.stdout.splitlines()] == ["crashes", "declines", "raises"]
