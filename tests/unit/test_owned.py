@@ -12,6 +12,7 @@ import pytest
 from gripwright.design import pipeline
 from gripwright.design.catalogue import palm_envelope_mm
 from gripwright.design.gripper_set import minimise
+from gripwright.design.impact import change_impact
 from gripwright.design.owned import actuators_of, owned_grippers, specifications
 from gripwright.design.plan import Plan, plan_of
 from gripwright.design.result import DesignResult
@@ -68,11 +69,11 @@ def make_owned(**fields: Any) -> dict[str, Any]:
     return {**owned, **fields}
 
 
-def make_task() -> AssemblyTask:
-    """Two pegs, 20 and 60 mm thick, each set down alone."""
+def make_task(radii_mm: Sequence[float] = (10.0, 30.0)) -> AssemblyTask:
+    """Two pegs of those radii, each set down alone."""
     down = np.stack([np.eye(4)] * 2)
     down[0, 2, 3] = 100.0
-    pegs = [brep.tessellate(brep.cylinder_z(0.0, 0.0, radius, 0.0, 60.0)) for radius in (10.0, 30.0)]
+    pegs = [brep.tessellate(brep.cylinder_z(0.0, 0.0, radius, 0.0, 60.0)) for radius in radii_mm]
     return AssemblyTask(
         part_number="P",
         revision="A",
@@ -85,10 +86,10 @@ def make_task() -> AssemblyTask:
     )
 
 
-def design(owned: Sequence[Mapping[str, Any]]) -> tuple[DesignResult, list[str]]:
+def design(owned: Sequence[Mapping[str, Any]], task: AssemblyTask | None = None) -> tuple[DesignResult, list[str]]:
     plan = plan_of({"owned": owned})
     runner = HereRunner(plan, build_toolbox(plan, load_registry()))
-    result: DesignResult = runner.get(pipeline.design(make_task(), [make_actuator()], plan, runner))
+    result: DesignResult = runner.get(pipeline.design(task or make_task(), [make_actuator()], plan, runner))
     return result, runner.ran
 
 
@@ -122,6 +123,43 @@ def test_what_no_owned_gripper_holds_gets_a_new_one(first: DesignResult) -> None
     assert (again.document["status"], again.document["optimum"]["new"]) == ("complete", 1)
     assert [gripper["owned"] for gripper in again.document["grippers"]] == ["P-A-G1", None]
     assert {row.make_or_buy for row in again.bom if row.gripper == "G2"} == {"buy", "make"}
+
+
+def test_a_change_of_one_component_names_its_operation_and_its_gripper_and_no_others(first: DesignResult) -> None:
+    again, _ = design(specifications(first.document), make_task(radii_mm=(10.0, 42.0)))
+
+    impact = change_impact(first.document, again.document)
+
+    assert [(op["id"], op["outcome"], op["before"], op["after"]) for op in impact["operations"]] == [
+        ("op-a", "held", "P-A-G1", "P-A-G1"),
+        ("op-b", "other_gripper", "P-A-G2", "G2"),
+    ]
+    assert [(item["id"], item["holds"], item["no_longer_holds"]) for item in impact["grippers"]] == [
+        ("G1", ["op-a"], []),
+        ("G2", [], ["op-b"]),
+    ]
+    assert impact["new_grippers"] == ["G2"]
+    assert [(item["id"], item["outcome"]) for item in impact["components"]] == [("a", "unchanged"), ("b", "changed")]
+
+
+def test_a_change_within_the_stroke_leaves_every_operation_held(first: DesignResult) -> None:
+    again, _ = design(specifications(first.document), make_task(radii_mm=(10.0, 28.5)))
+
+    impact = change_impact(first.document, again.document)
+
+    assert [op["outcome"] for op in impact["operations"]] == ["held", "held"]
+    assert (impact["new_grippers"], impact["grippers"][1]["holds"]) == ([], ["op-b"])
+
+
+def test_operations_and_components_that_come_and_go_are_named(first: DesignResult) -> None:
+    document = {**first.document, "operations": first.document["operations"][:1], "components": first.document["components"][:1]}
+
+    gone, come = change_impact(first.document, document), change_impact(document, first.document)
+
+    assert [op["outcome"] for op in gone["operations"]][1:] == ["removed"]
+    assert [op["outcome"] for op in come["operations"]][1:] == ["added"]
+    assert [item["outcome"] for item in gone["components"]] == ["unchanged", "removed"]
+    assert [item["outcome"] for item in come["components"]] == ["unchanged", "added"]
 
 
 def test_three_of_the_papers_four_grippers_at_hand_leave_one_to_make() -> None:

@@ -108,6 +108,7 @@ def _operations(parts: DesignParts) -> dict[str, dict[str, Any]]:
             "kind": kinds[operation.id].kind,
             "evidence": kinds[operation.id].evidence,
             "force": kinds[operation.id].force_N,
+            "owned_that_hold": list(parts.selection.owned_that_hold.get(operation.id, ())),
         }
         for operation in parts.task.operations
     }

@@ -12,6 +12,7 @@ from gripwright.http.observed import Observed
 from gripwright.http.openapi import describe_problems
 from gripwright.http.routers import (
     actuators,
+    change_impact,
     components,
     dashboard,
     designs,
@@ -66,7 +67,7 @@ def create_app(settings: Settings) -> FastAPI:
         body_max_bytes=settings.body_max_bytes,
     )
     api = APIRouter(prefix=PREFIX)
-    for module in (products, components, designs, jobs, gripper_sets, plugins, actuators, webhooks):
+    for module in (products, components, designs, change_impact, jobs, gripper_sets, plugins, actuators, webhooks):
         api.include_router(module.router)
     app.include_router(api)
     app.include_router(health.router)

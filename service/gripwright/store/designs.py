@@ -1,6 +1,8 @@
 """All SQL about designs, their files and jobs as callers see them."""
 
+from collections.abc import Mapping
 from datetime import datetime
+from typing import Any
 
 from sqlalchemy import func, select, tuple_
 from sqlalchemy.orm import Session, joinedload
@@ -43,6 +45,17 @@ class DesignRepository:
         if row is None:
             raise NotFound(f"no design {design_id}", design_id=design_id)
         return row
+
+    def latest_complete(self, product_id: str) -> DesignRow | None:
+        """The newest complete design of a product."""
+        query = select(DesignRow).where(DesignRow.product_id == product_id, DesignRow.outcome == "complete")
+        return self._session.scalar(query.order_by(DesignRow.created_at.desc(), DesignRow.id.desc()).limit(1))
+
+    def find_like(self, product_id: str, task_sha256: str, options: Mapping[str, Any]) -> DesignRow | None:
+        """The newest design of that task with the same options, whatever has become of it."""
+        query = select(DesignRow).where(DesignRow.product_id == product_id, DesignRow.task_sha256 == task_sha256)
+        rows = self._session.scalars(query.order_by(DesignRow.created_at.desc(), DesignRow.id.desc()))
+        return next((row for row in rows if row.options == options), None)
 
     def file(self, design_id: str, path: str) -> DesignFileRow:
         """A file of a design folder, or `NotFound`."""

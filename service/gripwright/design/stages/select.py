@@ -40,6 +40,7 @@ class Selection:
     not_covered: dict[str, str]  # operation → one sentence
     why_not: dict[str, str]  # actuator → one sentence
     owned: dict[str, str] = field(default_factory=dict)  # gripper of the set → gripper of `SelectOptions.owned`
+    owned_that_hold: dict[str, tuple[str, ...]] = field(default_factory=dict)  # operation → all owned that could hold it
 
 
 def options_of(plan: Plan) -> SelectOptions:
@@ -89,6 +90,7 @@ def select(
             for gripper, source in zip(grippers, chosen, strict=True)
             if source.owned
         },
+        owned_that_hold={operation: _owned_that_hold(demand, offer, options) for operation, demand in demands.items()},
     )
 
 
@@ -177,23 +179,35 @@ def _strictness(one: GraspConstraint) -> tuple[str, float, float, float, float]:
     return one.gripper_type, one.opening_width_mm, length_min, -length_max, one.release_clearance_mm
 
 
+def _owned_that_hold(demand: _Demand, offer: _Offer, options: SelectOptions) -> tuple[str, ...]:
+    return tuple(
+        options.owned[i].id
+        for i, parameters in zip(offer.owned.values(), _owned(offer, options), strict=True)
+        if any(parameters.satisfies(one, options.release_clearance_mm) for one in demand.constraints)
+    )
+
+
 def _problem(demands: Mapping[str, _Demand], offer: _Offer, options: SelectOptions) -> GripperSetProblem:
     return GripperSetProblem(
         classes={key: kind.gripper_class for key, kind in offer.classes.items() if key not in offer.owned},
         components=tuple(ComponentAlternatives(id=op, alternatives=demand.constraints) for op, demand in demands.items()),
         release_clearance_mm=options.release_clearance_mm,
         finger_length_step_mm=options.finger_length_step_mm,
-        owned=tuple(
-            GripperParameters(
-                gripper_type=key,
-                opening_min_mm=options.owned[i].opening_min_mm,
-                opening_max_mm=options.owned[i].opening_max_mm,
-                finger_length_mm=options.owned[i].finger_length_mm,
-                grip=options.owned[i].grip,
-            )
-            for key, i in offer.owned.items()
-        ),
+        owned=_owned(offer, options),
         in_sequence=options.weigh_sequence,
+    )
+
+
+def _owned(offer: _Offer, options: SelectOptions) -> tuple[GripperParameters, ...]:
+    return tuple(
+        GripperParameters(
+            gripper_type=key,
+            opening_min_mm=options.owned[i].opening_min_mm,
+            opening_max_mm=options.owned[i].opening_max_mm,
+            finger_length_mm=options.owned[i].finger_length_mm,
+            grip=options.owned[i].grip,
+        )
+        for key, i in offer.owned.items()
     )
 
 
