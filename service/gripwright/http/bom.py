@@ -1,16 +1,14 @@
 """The bill of materials in the form that the caller accepts."""
 
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from fastapi import Response
 from fastapi.responses import JSONResponse
-from openpyxl import Workbook
-from openpyxl.cell.cell import ILLEGAL_CHARACTERS_RE
 
 from gripwright.http.errors import NotAcceptable
+from gripwright.report.workbook import bom_workbook
 from gripwright.store.media_types import media_type_of
 
 JSON = "application/json"
@@ -25,7 +23,7 @@ def bom_response(rows: Sequence[Mapping[str, Any]], table: Path, accept: str, na
         return JSONResponse({"items": list(rows)}, headers={"Vary": "Accept"})
     ending = "csv" if media_type == CSV else "xlsx"
     headers = {"Content-Disposition": f'attachment; filename="{name}.{ending}"', "Vary": "Accept"}
-    content = table.read_bytes() if media_type == CSV else _workbook(rows)
+    content = table.read_bytes() if media_type == CSV else bom_workbook(rows)
     return Response(content, media_type=media_type_of(f"bom.{ending}"), headers=headers)
 
 
@@ -58,25 +56,3 @@ def _number(text: str) -> float:
         return float(text)
     except ValueError:
         return 0.0
-
-
-def _workbook(rows: Sequence[Mapping[str, Any]]) -> bytes:
-    book = Workbook()
-    sheet = book.create_sheet("BOM", 0)
-    if rows:
-        sheet.append(list(rows[0]))
-    for row in rows:
-        sheet.append([_cell(value) for value in row.values()])
-    target = io.BytesIO()
-    book.save(target)
-    return target.getvalue()
-
-
-def _cell(value: Any) -> float | int | str | None:
-    """A cell that no spreadsheet takes for a formula."""
-    if isinstance(value, list):
-        value = "; ".join(map(str, value))
-    if isinstance(value, str):
-        value = ILLEGAL_CHARACTERS_RE.sub("", value)
-        return f"'{value}" if value[:1] in "=+-@" else value
-    return value if value is None or isinstance(value, int | float) else str(value)

@@ -35,7 +35,7 @@ def describe_analysis(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, c
 
 
 STAGES: Mapping[str, Stage] = MappingProxyType(
-    {**DESIGN_STAGES, "export": Stage(name="export", function=export, uses=("hand",), version=2)}
+    {**DESIGN_STAGES, "export": Stage(name="export", function=export, uses=("hand",), version=3)}
 )
 """Of a whole design."""
 

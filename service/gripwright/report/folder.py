@@ -19,6 +19,7 @@ from gripwright.plugin_api import HandModel
 from gripwright.report.drawing import finger_drawing
 from gripwright.report.page import report_page
 from gripwright.report.tool_data import gripper_urdf, tool_json
+from gripwright.report.workbook import bom_workbook
 
 _RAYS, _CONE_RAD = 30, float(np.radians(120.0))
 
@@ -28,6 +29,7 @@ def design_folder(result: DesignResult, hands: Mapping[str, HandModel]) -> dict[
     files: dict[str, bytes] = {
         "design.json": json.dumps(result.document, indent=1, allow_nan=False, ensure_ascii=False).encode(),
         "bom.csv": bom_csv(result.bom).encode(),
+        "bom.xlsx": bom_workbook([row.to_dict() for row in result.bom]),
         "report.html": report_page(result, hands).encode(),
     }
     for gripper, cad in zip(result.grippers, result.cads, strict=True):
