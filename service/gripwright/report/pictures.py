@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from PIL import Image
 
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
@@ -13,6 +14,7 @@ from gripwright.geometry.rays import RayScene
 
 _SAMPLES = 2  # rays a pixel, along each axis
 _LIGHT = np.array([0.35, 0.25, 0.9]) / np.linalg.norm([0.35, 0.25, 0.9])  # seen from the camera: right, up, towards it
+_FAR_MM = 1e6
 _BACKGROUND = np.array([1.0, 1.0, 1.0])
 
 PALETTE = np.array(
@@ -22,6 +24,10 @@ PALETTE = np.array(
     ]
 )  # fmt: skip
 """Okabe and Ito's colours, told apart by colour-blind readers too."""
+
+
+Camera = tuple[FloatArray, FloatArray, FloatArray]
+"""Unit vectors of a view: right, up, towards the viewer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,33 +59,38 @@ def picture(
     points = np.concatenate([item.mesh.vertices_mm @ item.X[:3, :3].T + item.X[:3, 3] for item in items])
     offsets = np.cumsum([0, *(len(item.mesh.vertices_mm) for item in items)])
     faces = np.concatenate([item.mesh.faces + offset for item, offset in zip(items, offsets, strict=False)])
+    camera = _camera(np.asarray(direction, dtype=float))
+    shape = (height * _SAMPLES, width * _SAMPLES)
+    rays = _Rays(points, points if focus is None else focus, camera, shape)
+    face, depth = rays.cast(faces)
+    looks = _looks(items, Mesh(vertices_mm=points, faces=faces), camera)
+    lines = _lines(looks.kind[face], looks.normal[face], depth, rays.pixel_mm)
+    image = looks.colour[face]
+    image[lines] *= 0.45
+    return _png(image.reshape(height, _SAMPLES, width, _SAMPLES, 3).mean(axis=(1, 3)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Looks:
+    """How each face looks; the last row stands for the background, so that index −1 finds it."""
+
+    colour: npt.NDArray[np.float32]  # (m + 1, 3) shaded
+    normal: npt.NDArray[np.float32]  # (m + 1, 3) towards the viewer
+    kind: IntArray  # (m + 1,) part and colour
+
+
+def _looks(items: Sequence[Shown], mesh: Mesh, camera: Camera) -> _Looks:
     colours = np.concatenate([item.colours for item in items])
     part = np.repeat(np.arange(len(items)), [len(item.mesh.faces) for item in items])
-    right, up, towards = _camera(np.asarray(direction, dtype=float))
-    rays = _Rays(points, points if focus is None else focus, (right, up, towards), width * _SAMPLES, height * _SAMPLES)
-    face, depth = rays.cast(faces)
-    hit = face >= 0
-    normals = face_normals(Mesh(vertices_mm=points, faces=faces))[face]
-    facing = normals @ towards
-    normals = normals * np.sign(facing)[:, None]
-    light = 0.35 + 0.65 * np.clip(normals @ (_LIGHT[0] * right + _LIGHT[1] * up + _LIGHT[2] * towards), 0.0, 1.0)
-    image = np.where(hit[:, None], colours[face] * light[:, None], _BACKGROUND)
-    shape = (height * _SAMPLES, width * _SAMPLES)
-    lines = _lines(
-        np.where(hit, part[face], -1).reshape(shape),
-        colours[face].reshape(*shape, 3),
-        normals.reshape(*shape, 3),
-        np.where(hit, depth, 1e9).reshape(shape),
-        rays.pixel_mm,
+    normals = face_normals(mesh)
+    normals *= np.where(normals @ camera[2] < 0.0, -1.0, 1.0)[:, None]
+    light = 0.35 + 0.65 * np.clip(normals @ (_LIGHT @ np.array(camera)), 0.0, 1.0)
+    kind = part * 2**24 + (np.round(colours * 255.0).astype(np.int64) @ [65536, 256, 1])
+    return _Looks(
+        colour=np.vstack([colours * light[:, None], _BACKGROUND]).astype(np.float32),
+        normal=np.vstack([normals, np.zeros(3)]).astype(np.float32),
+        kind=np.append(kind, -1),
     )
-    image = image.reshape(*shape, 3)
-    image[lines] *= 0.45
-    image = image.reshape(height, _SAMPLES, width, _SAMPLES, 3).mean(axis=(1, 3))
-    return _png(image)
-
-
-Camera = tuple[FloatArray, FloatArray, FloatArray]
-"""Unit vectors of a view: right, up, towards the viewer."""
 
 
 def _camera(direction: FloatArray) -> Camera:
@@ -93,7 +104,8 @@ def _camera(direction: FloatArray) -> Camera:
 class _Rays:
     """One ray a sample of an orthographic picture that shows `focus`."""
 
-    def __init__(self, points: FloatArray, focus: FloatArray, camera: Camera, columns: int, rows: int) -> None:
+    def __init__(self, points: FloatArray, focus: FloatArray, camera: Camera, shape: tuple[int, int]) -> None:
+        rows, columns = self._shape = shape
         right, up, towards = camera
         u, v = focus @ right, focus @ up
         self.pixel_mm = float(max(np.ptp(u) / (0.94 * columns), np.ptp(v) / (0.94 * rows), 1e-6))
@@ -105,35 +117,29 @@ class _Rays:
         self._direction = -towards
         self._points = points
 
-    def cast(self, faces: IntArray) -> tuple[IntArray, FloatArray]:
-        """Face of each sample (−1: none) and its depth, mm."""
+    def cast(self, faces: IntArray) -> tuple[IntArray, npt.NDArray[np.float32]]:
+        """Face of each sample (rows, columns), −1: none, and its depth, mm."""
         scene = RayScene(self._points, faces)
         origins = scene.centred(self._origins)
         directions = np.broadcast_to(self._direction.astype(np.float32), origins.shape)
         depth, face, _ = scene.first_hits(origins, np.ascontiguousarray(directions))
-        return face.astype(np.int64), depth.astype(float)
+        return face.astype(np.int64).reshape(self._shape), np.minimum(depth, _FAR_MM).reshape(self._shape)
 
 
-def _lines(
-    part: IntArray,
-    colours: FloatArray,
-    normals: FloatArray,
-    depth: FloatArray,
-    pixel_mm: float,
-) -> BoolArray:
+def _lines(kind: IntArray, normal: npt.NDArray[np.float32], depth: npt.NDArray[np.float32], pixel_mm: float) -> BoolArray:
     """Samples beside an outline, a border of colour or a crease of more than 30°."""
-    result = np.zeros(part.shape, dtype=bool)
+    result = np.zeros(kind.shape, dtype=bool)
     for axis in (0, 1):
         a = tuple(slice(None, -1) if k == axis else slice(None) for k in range(2))
         b = tuple(slice(1, None) if k == axis else slice(None) for k in range(2))
-        step = (part[a] != part[b]) | (np.abs(colours[a] - colours[b]).sum(axis=-1) > 1e-6)
-        step |= (normals[a] * normals[b]).sum(axis=-1) < np.cos(np.radians(30.0))
+        step = kind[a] != kind[b]
+        step |= np.einsum("ijk,ijk->ij", normal[a], normal[b]) < np.cos(np.radians(30.0))
         step |= np.abs(depth[a] - depth[b]) > 12.0 * pixel_mm
-        result[a] |= step & ((part[a] >= 0) | (part[b] >= 0))
+        result[a] |= step & ((kind[a] >= 0) | (kind[b] >= 0))
     return result
 
 
-def _png(image: FloatArray) -> bytes:
+def _png(image: npt.NDArray[np.float32]) -> bytes:
     stream = io.BytesIO()
     srgb = np.clip(image, 0.0, 1.0) * 255.0
     Image.fromarray(srgb.astype(np.uint8)).quantize(128, dither=Image.Dither.NONE).save(stream, format="PNG", optimize=True)
