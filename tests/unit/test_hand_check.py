@@ -10,7 +10,8 @@ from gripwright.domain.grasp import EXTERNAL, PARALLEL_2, Grasp
 from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.geometry.collision import MeshSurface, PlacedSurface, Scene
 from gripwright.geometry.frames import pose
-from gripwright_builtin.hands.parallel import HandSettings, ParallelHand
+from gripwright_builtin.hands.parallel import ParallelHand
+from gripwright_builtin.hands.prism import HandSettings
 from mesh_factory import box_mesh, moved
 
 HAND = ParallelHand(HandSettings())
