@@ -21,7 +21,7 @@ def test_every_face_of_the_file_has_its_area_in_the_prepared_mesh() -> None:
     assert prepared.mesh.source_faces is not None
     area = np.bincount(prepared.mesh.source_faces, weights=face_areas_mm2(prepared.mesh), minlength=len(file.faces))
     np.testing.assert_allclose(area, face_areas_mm2(file), rtol=1e-9)
-    assert ctx.timings.keys() == {"prepare.repair", "prepare.refine"}
+    assert ctx.timings.keys() == {"prepare.repair", "prepare.refine", "prepare.smooth"}
 
 
 def test_edges_are_at_most_the_settings_fraction_of_the_extent() -> None:

@@ -1,6 +1,6 @@
 """Stage 1: from the mesh of a file to the mesh that all other stages work on."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydantic import Field
@@ -9,6 +9,7 @@ from gripwright.domain.shape import Mesh
 from gripwright.geometry.measures import face_areas_mm2, face_centres_mm
 from gripwright.geometry.mesh_repair import Repair, repair, repaired
 from gripwright.geometry.refine import refine, refined_face_count
+from gripwright.geometry.thread_relief import levelled_mm, threads
 from gripwright.plugin_api import Params, RunContext
 
 __all__ = ["PrepareSettings", "Prepared", "prepare", "repaired"]
@@ -43,7 +44,22 @@ def prepare(mesh: Mesh, settings: PrepareSettings, ctx: RunContext) -> Prepared:
     ctx.progress(0.3, "mesh repaired")
     with ctx.timed("prepare.refine"):
         refined = refine(done.mesh, edge_max_mm(done.mesh, settings))
-    return Prepared(mesh=refined, solid=done.mesh, warnings=_warnings(done))
+    ctx.progress(0.6, "long triangles divided")
+    with ctx.timed("prepare.smooth"):
+        smooth = _with_level_threads(done.mesh, refined)
+    return Prepared(mesh=smooth, solid=done.mesh, warnings=_warnings(done))
+
+
+def _with_level_threads(solid: Mesh, refined: Mesh) -> Mesh:
+    """The refined mesh with `smooth_vertices_mm` where the solid that it divides has screw threads; else as it is."""
+    assert solid.source_faces is not None
+    assert refined.source_faces is not None
+    solid_face = np.searchsorted(solid.source_faces, refined.source_faces)  # of each refined face
+    smooth = refined
+    for thread in threads(solid):
+        faces = np.flatnonzero(np.isin(solid_face, thread.faces))
+        smooth = replace(smooth, vertices_mm=levelled_mm(smooth, replace(thread, faces=faces)))
+    return refined if smooth is refined else replace(refined, smooth_vertices_mm=smooth.vertices_mm)
 
 
 def edge_max_mm(mesh: Mesh, settings: PrepareSettings) -> float:
