@@ -133,6 +133,12 @@ class RejectsByException(Fitter):
         raise NoBox("too flat")
 
 
+@breaks("fit raises SystemExit: 3")
+class Leaves(Fitter):
+    def fit(self, component, segment, ctx):
+        raise SystemExit(3)
+
+
 @breaks("fit returns None")
 class ReturnsNothing(Fitter):
     def fit(self, component, segment, ctx):

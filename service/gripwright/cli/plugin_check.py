@@ -3,6 +3,7 @@
 import faulthandler
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Collection, Iterator, Sequence
@@ -11,7 +12,9 @@ from gripwright.registry.discovery import load_registry
 from gripwright.testing import check_plugin
 
 _PATIENCE = 4.0
-"""A process is given up after so many time limits of one check: code outside Python does not notice the limit itself."""
+"""A plug-in is given up after so many time limits of one check: code outside Python does not notice the limit itself."""
+_GIVEN_UP = 1
+"""Exit code of faulthandler."""
 
 
 def findings_in_children(
@@ -29,7 +32,14 @@ def findings_in_children(
                 waiting.remove(found["name"])
                 yield found["name"], found["findings"]
         if waiting:
-            yield waiting.pop(0), [f"crash: its process ended with code {child.returncode} during the checks"]
+            yield waiting.pop(0), [_ending(child.returncode, time_limit_s)]
+
+
+def _ending(code: int, time_limit_s: float) -> str:
+    if code == _GIVEN_UP:
+        return f"crash: its process raised, or did not come back within {_PATIENCE * time_limit_s:g} s"
+    cause = signal.Signals(-code).name if code < 0 else f"code {code}"
+    return f"crash: its process ended with {cause} during the checks"
 
 
 def main(request: str) -> None:

@@ -74,7 +74,7 @@ class Trial:
         before = leaves(case.arguments)
         try:
             answer, again = (case.ask(self.instance(), fake_context(seed=7)) for _ in range(2))
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise DidNotAnswer(
                 f"{case.name}: {case.method} raises {type(error).__name__}: {error}; "
                 'an expected "no" is returned as a Rejection, an exception is a defect'
