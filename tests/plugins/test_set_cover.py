@@ -262,6 +262,18 @@ def test_owned_grippers_are_used_before_new_ones() -> None:
     assert solution.lower_bound == 1
 
 
+def test_owned_grippers_that_hold_everything_need_no_new_one_even_of_a_problem_too_large_to_optimise() -> None:
+    problem = paper_problem()
+    owned = tuple(gripper.parameters for gripper in solve(problem).grippers)
+    optimizer = SetCoverOptimizer(SetCoverParams(candidates_max=0))
+
+    solution = optimizer.solve(dataclasses.replace(problem, owned=owned), RunContext())
+
+    assert all(gripper.owned for gripper in solution.grippers)
+    assert (solution.uncoverable, solution.proven) == ((), True)
+    assert {component for gripper in solution.grippers for component in gripper.holds} == {c.id for c in problem.components}
+
+
 @pytest.mark.parametrize(("width", "grippers"), [(14.0, 1), (13.999, 2)])
 def test_a_range_is_closed_at_both_ends(width: float, grippers: int) -> None:
     problem = make_problem([make_alternative("a", 22.0, 30.0)], [make_alternative("a", width, 30.0)])

@@ -82,7 +82,9 @@ class SetCoverOptimizer:
                 return candidates, cover.chosen, cover.detail
         ranges = frozenset((gripper.gripper_type, gripper.opening_max_mm) for gripper in smallest.grippers)
         near = candidates_of(problem, demands, ranges=ranges)
-        held = np.array([components_held(gripper, problem, demands) for gripper in smallest.grippers])
+        held = np.zeros((len(smallest.grippers), len(problem.components)), dtype=np.bool_)
+        for g, gripper in enumerate(smallest.grippers):
+            held[g] = components_held(gripper, problem, demands)
         reason = f"shortened one by one, not proven: {size} candidates are more than {self._params.candidates_max}"
         return near, shortened(near, smallest.grippers, held), {"finger lengths": reason}
 

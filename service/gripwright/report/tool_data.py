@@ -133,7 +133,11 @@ def _link(robot: Element, name: str, mesh: str, X_LM: FloatArray, body: Body) ->
     SubElement(inertial, "origin", xyz=_vector((X_LM[:3, 3] + body.centre_mm) * _METRES), rpy="0 0 0")
     SubElement(inertial, "mass", value=_text(body.mass_kg))
     tensor = body.inertia_kg_m2
-    SubElement(inertial, "inertia", {f"i{'xyz'[i]}{'xyz'[j]}": repr(float(tensor[i, j])) for i in range(3) for j in range(i, 3)})
+    SubElement(
+        inertial,
+        "inertia",
+        {f"i{'xyz'[i]}{'xyz'[j]}": f"{round(float(tensor[i, j]), 15) + 0.0:.9g}" for i in range(3) for j in range(i, 3)},
+    )
     for purpose in ("visual", "collision"):
         element = SubElement(link, purpose)
         SubElement(element, "origin", xyz=_vector(X_LM[:3, 3] * _METRES), rpy="0 0 0")
