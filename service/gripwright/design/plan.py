@@ -95,7 +95,13 @@ def plan_of(options: Mapping[str, Any]) -> Plan:
         return Plan(**fields, params=params)
     except ValidationError as error:
         faults = tuple(
-            Fault(pointer="/options/" + "/".join(str(part) for part in fault["loc"]), message=fault["msg"])
+            Fault(
+                pointer="/options/" + "/".join(str(part) for part in fault["loc"]), message=_message(fault["type"], fault["msg"])
+            )
             for fault in error.errors()
         )
         raise InvalidPlan("the options are not a plan", faults=faults) from None
+
+
+def _message(kind: str, message: str) -> str:
+    return "there is no such option" if kind == "extra_forbidden" else message
