@@ -11,6 +11,7 @@ import pytest
 from gripwright.cli.plugin_project import write_project
 from gripwright.domain.errors import Conflict, InvalidInput
 from gripwright.plugin_api.manifest import KINDS
+from gripwright.testing import checks_for
 from plugin_factory import install
 
 CRASHES = '''
@@ -68,7 +69,7 @@ manifest = Manifest(
 '''
 
 
-def run(folder: Path, *arguments: str, path: Path) -> subprocess.CompletedProcess[str]:
+def run(folder: Path, *arguments: str, path: Path | str) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "PYTHONPATH": str(path)}
     command = [sys.executable, "-m", *arguments]
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False)
@@ -84,15 +85,16 @@ def site(tmp_path, monkeypatch):
     return folder
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_new_project_passes_its_own_tests(kind, tmp_path):
-    folder = write_project("my_first", kind, tmp_path)
+def test_a_new_project_of_every_kind_passes_its_own_tests(tmp_path):
+    folders = {kind: write_project(f"my_{kind}", kind, tmp_path) for kind in KINDS}
+    sources = os.pathsep.join(str(folder / "src") for folder in folders.values())
 
-    tested = run(folder, "pytest", "-q", "-p", "no:cacheprovider", path=folder / "src")
+    tested = run(tmp_path, "pytest", "-q", "-rA", "-p", "no:cacheprovider", *map(str, folders.values()), path=sources)
 
     assert tested.returncode == 0, tested.stdout
-    assert re.search(r"\d\d passed", tested.stdout)
-    assert not [file for file in folder.rglob("*.*") if file.is_file() and "$" in file.read_text(encoding="utf-8")]
+    for kind in KINDS:
+        assert len(re.findall(rf"^PASSED .*test_{kind}\.py::", tested.stdout, re.M)) > len(checks_for(kind))
+    assert not [file for file in tmp_path.rglob("*.*") if file.is_file() and b"$" in file.read_bytes() and file.suffix != ".pyc"]
 
 
 def test_a_project_is_not_written_over_another(tmp_path):

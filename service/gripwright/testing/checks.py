@@ -3,12 +3,12 @@
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from types import MappingProxyType
+from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 from gripwright.plugin_api.checks import PROTOCOLS
 from gripwright.testing import affordance, fingers, fitters, general, hands, optimizers, planners, rules, segmenters
-from gripwright.testing.trial import Case, Check, Finding, Trial
+from gripwright.testing.trial import Check, Finding, Trial
 
 if TYPE_CHECKING:
     import pytest
@@ -16,35 +16,24 @@ if TYPE_CHECKING:
 TIME_LIMIT_S = 120.0
 """How long one check may take; the first pays for what the plug-in compiles."""
 
-_CASES: Mapping[str, Callable[[Any], list[Case]]] = MappingProxyType(
+_KINDS: Mapping[str, ModuleType] = MappingProxyType(
     {
-        "segmenter": segmenters.cases,
-        "fitter": fitters.cases,
-        "affordance": affordance.cases,
-        "rule": rules.cases,
-        "hand": hands.cases,
-        "planner": planners.cases,
-        "optimizer": optimizers.cases,
-        "finger": fingers.cases,
+        "segmenter": segmenters,
+        "fitter": fitters,
+        "affordance": affordance,
+        "rule": rules,
+        "hand": hands,
+        "planner": planners,
+        "optimizer": optimizers,
+        "finger": fingers,
     }
 )
-_CHECKS: Mapping[str, tuple[Check, ...]] = MappingProxyType(
-    {
-        "segmenter": segmenters.CHECKS,
-        "fitter": fitters.CHECKS,
-        "affordance": affordance.CHECKS,
-        "rule": rules.CHECKS,
-        "hand": hands.CHECKS,
-        "planner": planners.CHECKS,
-        "optimizer": optimizers.CHECKS,
-        "finger": fingers.CHECKS,
-    }
-)
+"""Kind → the module with its `cases` and `CHECKS`."""
 
 
 def checks_for(kind: str) -> tuple[Check, ...]:
     """Every check of that kind; KeyError where there is no such kind."""
-    return (*general.GATES, *general.CHECKS, *_CHECKS[kind])
+    return (*general.GATES, *general.CHECKS, *_KINDS[kind].CHECKS)
 
 
 def check_plugin(plugin_class: Any, *, time_limit_s: float = TIME_LIMIT_S) -> list[Finding]:
@@ -59,7 +48,7 @@ def check_plugin(plugin_class: Any, *, time_limit_s: float = TIME_LIMIT_S) -> li
     for gate in general.GATES:
         if found := gate.findings(trial, time_limit_s):
             return found
-    checks = (*general.CHECKS, *_CHECKS[kind])
+    checks = (*general.CHECKS, *_KINDS[kind].CHECKS)
     return [finding for check in checks for finding in check.findings(trial, time_limit_s)]
 
 
@@ -99,4 +88,4 @@ def _bound(check: Check, kind: str, time_limit_s: float) -> Callable[[Any], list
 @lru_cache(maxsize=64)
 def _trial(plugin_class: Any, kind: str) -> Trial:
     """Its runs are made once, whichever check asks first."""
-    return Trial(plugin_class, kind, _CASES[kind])
+    return Trial(plugin_class, kind, _KINDS[kind].cases)
