@@ -171,7 +171,6 @@ def upgrade() -> None:
         batch_op.create_index(batch_op.f("ix_job_event_job_id_id"), ["job_id", "id"], unique=False)
 
 
-
 def downgrade() -> None:
     with op.batch_alter_table("job_event", schema=None) as batch_op:
         batch_op.drop_index(batch_op.f("ix_job_event_job_id_id"))

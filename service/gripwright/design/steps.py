@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gripwright.design import catalogue, scenes
+from gripwright.design.barred import without_barred
 from gripwright.design.hand_check import OperationScene
 from gripwright.design.operation_class import OperationClass, PlacedComponent, classify
 from gripwright.design.overlap import deepest_overlap
@@ -18,13 +19,13 @@ from gripwright.design.stages import affordance, constraints, fingers, rules, se
 from gripwright.design.stages.fit import fit
 from gripwright.design.stages.prepare import PrepareSettings, prepare
 from gripwright.design.stages.segment import segment, source_labels
+from gripwright.design.step_values import ComponentGrips, Participant, PreparedShape, Segmentation
 from gripwright.design.toolbox import Toolbox
-from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component, Obstacle, Operation
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import GripRequirement, OperationVerdict, SegmentVerdict
 from gripwright.domain.gripper import Actuator, Gripper
-from gripwright.domain.shape import Analysis, FloatArray, Mesh, Segment
+from gripwright.domain.shape import Analysis, FloatArray, Mesh
 from gripwright.plugin_api import RunContext
 
 StepFunction = Callable[[Mapping[str, Any], Plan, Toolbox, RunContext], Any]
@@ -39,44 +40,6 @@ class Stage:
     uses: tuple[str, ...] = ()
     plan_fields: tuple[str, ...] = ()
     version: int = 1
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PreparedShape:
-    """A mesh made ready: `mesh` for analysis, `solid` (repaired only, few triangles) for collisions."""
-
-    mesh: Mesh
-    solid: Mesh
-    file_faces: int
-    warnings: tuple[str, ...]
-    timings: dict[str, float]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Segmentation:
-    """The segments of a prepared mesh and the labels of the file's faces."""
-
-    segments: tuple[Segment, ...]
-    source_labels: np.ndarray[Any, np.dtype[np.int64]]
-    timings: dict[str, float]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ComponentGrips:
-    """What may be gripped of one component before the assembly is considered: for each segment its requirements or why none."""
-
-    forbidden: tuple[Forbidden, ...]
-    segments: dict[int, tuple[GripRequirement, ...] | Rejection]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Participant:
-    """A component as it takes part in an operation (the component's own mesh is left out)."""
-
-    component: Component
-    prepared: PreparedShape
-    analysis: Analysis | None = None
-    grips: ComponentGrips | None = None
 
 
 def _owned(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> tuple[Gripper, ...]:
@@ -251,29 +214,9 @@ def _held_scene(inputs: Mapping[str, Any], held: Participant, plan: Plan) -> tup
 
 
 def _select(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:
-    verdicts = [_without_barred(verdict, inputs["barred"].get(verdict.operation)) for verdict in inputs["verdicts"]]
+    verdicts = [without_barred(verdict, inputs["barred"].get(verdict.operation)) for verdict in inputs["verdicts"]]
     options = dataclasses.replace(select.options_of(plan), owned=inputs["owned"])
     return select.select(inputs["task"], verdicts, inputs["actuators"], options, toolbox, ctx)
-
-
-def _without_barred(verdict: OperationVerdict, barred: Mapping[str, Any] | None) -> OperationVerdict:
-    """The verdict without the grasps that need at least the barred force: no finger bears it."""
-    if barred is None:
-        return verdict
-    return dataclasses.replace(
-        verdict,
-        components={
-            name: tuple(_lighter(segment, barred["force"], barred["detail"]) for segment in segments)
-            for name, segments in verdict.components.items()
-        },
-    )
-
-
-def _lighter(segment: SegmentVerdict, force_N: float, detail: str) -> SegmentVerdict:
-    free = tuple(grasp for grasp in segment.free if grasp.hold.required_force_N < force_N)
-    if len(free) == len(segment.free):
-        return segment
-    return dataclasses.replace(segment, free=free, rejection=None if free else Rejection("not-held", detail))
 
 
 def _fingers(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:

@@ -112,4 +112,3 @@ class FingerDesigner(Plugin, Protocol):
     def design(self, spec: FingerSpec, ctx: RunContext) -> FingerDesign | Rejection:
         """One finger that serves all its components, in the finger frame, or why it cannot be made."""
         ...
-

@@ -4,6 +4,6 @@ from pydantic import BaseModel, ConfigDict
 
 
 class Params(BaseModel):
-    """Base of every `params_model`: frozen, no unknown keys. Each field has a default, a range and a description with its unit."""
+    """Base of every `params_model`: frozen, no unknown keys; each field has a default, a range and a description with unit."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
