@@ -46,7 +46,7 @@ def threads(mesh: Mesh) -> tuple[Thread, ...]:
     borders = patch[adjacency.pairs[sharp]]  # (b, 2)
     length = np.bincount(borders.ravel(), np.repeat(edge_lengths_mm(mesh, adjacency)[sharp], 2), len(count)) / 2.0
     pitch_mm = np.zeros(len(count))
-    for i in np.flatnonzero((count >= FACES_MIN) & (length**2 > LENGTH_MIN**2 * area)):
+    for i in np.flatnonzero((count >= FACES_MIN) & (area > 0) & (length**2 > LENGTH_MIN**2 * area)):
         pitch_mm[i] = _pitch_mm(submesh(mesh, np.flatnonzero(patch == i)), float(length[i]))
     thread = connected_labels(borders[(pitch_mm[borders] > 0).all(axis=1)], len(count))  # of each patch
     found = []
@@ -88,7 +88,7 @@ def _pitch_mm(strip: Mesh, length_mm: float) -> float:
     """Pitch of a strip of that length; 0 where it is no helix."""
     axis, point_mm, radius_mm = _axis(strip)
     height = float(np.ptp((strip.vertices_mm - point_mm) @ axis))
-    turns = length_mm / (2.0 * np.pi * radius_mm)
+    turns = length_mm / (2.0 * np.pi * max(radius_mm, np.finfo(float).tiny))
     width = float(face_areas_mm2(strip).sum()) / length_mm
     fits = turns >= TURNS_MIN and height <= PITCH_MAX * radius_mm * turns and width * turns <= WIDTH_MAX * height
     return height / turns if fits else 0.0
