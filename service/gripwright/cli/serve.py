@@ -35,6 +35,7 @@ def serve(
         timeout_graceful_shutdown=_GRACE_S,
     )
     listener = config.bind_socket()
+    listener.listen(config.backlog)  # who reads the address may connect at once, and waits until the server takes over
     address, bound_port = listener.getsockname()[:2]
     supervisor = Supervisor(settings)
     for ending in (signal.SIGTERM, signal.SIGINT):
