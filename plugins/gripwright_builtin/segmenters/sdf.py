@@ -70,6 +70,7 @@ class SdfSegmenter:
         with ctx.timed("segment.adjacency"):
             surface = surface_of(mesh)
         diameters = self.shape_diameters_mm(mesh, surface, ctx)
+        ctx.face_values["sdf"] = diameters
         ctx.progress(0.6, "shape diameters")
         with ctx.timed("segment.cluster"):
             by_area = params.energy == "area"

@@ -43,6 +43,8 @@ def analyse(
     for segment in analysis["segments"]:
         kind = segment["primitive"]["kind"] if segment["primitive"] is not None else "no primitive"
         typer.echo(f"segment {segment['id']}: {segment['faces']} faces, {segment['area']:.1f} mm², {kind}: {segment['reason']}")
+    for remark in analysis["remarks"]:
+        typer.echo(remark)
     for warning in analysis["warnings"]:
         typer.echo(f"warning: {warning}", err=True)
 

@@ -6,7 +6,7 @@ from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import GripRequirement
-from gripwright.domain.shape import Analysis, IntArray, Mesh, Segment
+from gripwright.domain.shape import Analysis, FloatArray, IntArray, Mesh, Segment
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,11 +22,13 @@ class PreparedShape:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Segmentation:
-    """The segments of a prepared mesh and the labels of the file's faces."""
+    """The segments of a prepared mesh and the labels of the file's faces; `sdf` and `remarks` as in `Analysis`."""
 
     segments: tuple[Segment, ...]
     source_labels: IntArray
     timings: dict[str, float]
+    sdf: FloatArray | None
+    remarks: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -59,7 +59,13 @@ def _segment(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCo
     component = Component(id="", mesh=prepared.mesh, X_PC=np.eye(4))
     segments = segment(component, toolbox.segmenter, ctx)
     labels = source_labels(prepared.mesh, segments, prepared.file_faces)
-    return Segmentation(segments=segments, source_labels=labels, timings=ctx.timings)
+    return Segmentation(
+        segments=segments,
+        source_labels=labels,
+        timings=ctx.timings,
+        sdf=ctx.face_values.get("sdf"),
+        remarks=tuple(ctx.remarks),
+    )
 
 
 def _fit(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Analysis:
@@ -74,6 +80,8 @@ def _fit(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContex
         segmenter=toolbox.segmenter.key,
         warnings=prepared.warnings,
         timings={**prepared.timings, **segmentation.timings, **ctx.timings},
+        sdf=segmentation.sdf,
+        remarks=segmentation.remarks,
     )
 
 
@@ -264,8 +272,8 @@ STAGES: Mapping[str, Stage] = {
     for stage in (
         Stage(name="owned", function=_owned, uses=("hand",), plan_fields=("owned",)),
         Stage(name="prepare", function=_prepare),
-        Stage(name="segment", function=_segment, uses=("segmenter",), plan_fields=("seed",)),
-        Stage(name="fit", function=_fit, uses=("segmenter", "fitter"), plan_fields=("seed",)),
+        Stage(name="segment", function=_segment, uses=("segmenter",), plan_fields=("seed",), version=2),
+        Stage(name="fit", function=_fit, uses=("segmenter", "fitter"), plan_fields=("seed",), version=2),
         Stage(name="grips", function=_grips, uses=("affordance", "rule"), plan_fields=("plan", "seed")),
         Stage(name="constraints", function=_constraints, uses=("hand", "planner"), plan_fields=("plan", *_GRASPING)),
         Stage(

@@ -163,3 +163,4 @@ class Analysis:
     warnings: tuple[str, ...]
     timings: dict[str, float]  # s, disjoint parts: prepare.*, segment.*, fit.*
     sdf: FloatArray | None = None  # (m,) shape diameter a face, mm, where the segmenter computes one
+    remarks: tuple[str, ...] = ()  # sentences of the segmenter: how it came to these segments

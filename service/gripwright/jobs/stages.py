@@ -30,19 +30,20 @@ def describe_analysis(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, c
         "segments": [{**segment_shape(item, analysis), "fits": list(item.fits)} for item in analysis.segments],
         "labels": analysis.source_labels,
         "warnings": list(analysis.warnings),
+        "remarks": list(analysis.remarks),
         "timings": analysis.timings,
     }
 
 
 STAGES: Mapping[str, Stage] = MappingProxyType(
-    {**DESIGN_STAGES, "export": Stage(name="export", function=export, uses=("hand",), version=3)}
+    {**DESIGN_STAGES, "export": Stage(name="export", function=export, uses=("hand",), version=4)}
 )
 """Of a whole design."""
 
 ANALYSIS_STAGES: Mapping[str, Stage] = MappingProxyType(
     {
         **{name: DESIGN_STAGES[name] for name in ("prepare", "segment", "fit")},
-        "describe": Stage(name="describe", function=describe_analysis),
+        "describe": Stage(name="describe", function=describe_analysis, version=2),
     }
 )
 """Of the analysis of one component."""

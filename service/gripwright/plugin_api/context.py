@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gripwright.domain.shape import FloatArray
+
 
 def _ignore(fraction: float, message: str) -> None:
     del fraction, message
@@ -17,11 +19,15 @@ class RunContext:
     """Randomness, progress and timings of one run of one plug-in.
 
     `progress` takes a fraction (0..1) and a message; it raises `Cancelled` when the caller asked to stop.
+    A plug-in adds to `remarks` what a user should know of how it came to its answer, and to `face_values` what it measured on
+    each face of the component's mesh, by name ("sdf": shape diameter, mm).
     """
 
     seed: int = 0
     progress: Callable[[float, str], None] = _ignore
     timings: dict[str, float] = field(default_factory=dict)  # s, "stage.part"
+    remarks: list[str] = field(default_factory=list)
+    face_values: dict[str, FloatArray] = field(default_factory=dict)  # (m,) each
     min_contact_mm: float = 3.0
     margin_mm: float = 0.1
 
