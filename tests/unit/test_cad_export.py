@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from gripwright.cad.colour import component_glb, segment_colours, value_colours
+from gripwright.cad.colour import component_glb, linear_colours, segment_colours, value_colours
 from gripwright.cad.export import step_bytes, stl_bytes, threemf_bytes
 from gripwright.cad.glb import GlbPart, glb_bytes
 from gripwright.cad.read import read_mesh
@@ -110,7 +110,7 @@ def test_a_coloured_component_shows_each_face_in_its_segments_colour() -> None:
     positions = _accessor(data, primitive["attributes"]["POSITION"], "<f4").reshape(-1, 3)
     colours = _accessor(data, primitive["attributes"]["COLOR_0"], "<f4").reshape(-1, 3)
     assert positions[corners] * 1000 == pytest.approx(mesh.triangles_mm, abs=1e-4)
-    assert colours[corners] == pytest.approx(np.repeat(segment_colours(labels)[:, None], 3, axis=1), abs=1e-6)
+    assert colours[corners] == pytest.approx(np.repeat(linear_colours(segment_colours(labels))[:, None], 3, axis=1), abs=1e-6)
     assert len(np.unique(np.hstack([positions, colours]), axis=0)) == len(positions)  # faces of one colour share vertices
 
 
@@ -132,6 +132,7 @@ def test_forty_segments_have_forty_colours_within_the_range() -> None:
 
     assert len(np.unique(colours.round(2), axis=0)) == 40
     assert ((colours >= 0) & (colours <= 1)).all()
+    assert (np.abs(np.diff(colours[:32], axis=0)).sum(axis=1) > 0.15).all()
 
 
 def test_values_run_from_dark_to_bright_and_what_is_no_number_is_black() -> None:

@@ -3,7 +3,8 @@ import io
 import numpy as np
 from PIL import Image
 
-from gripwright.report.pictures import PALETTE, picture, segment_colours, shown
+from gripwright.cad.colour import PALETTE
+from gripwright.report.pictures import picture, shown
 from mesh_factory import box_mesh
 
 CUBE = box_mesh((10.0, 10.0, 10.0))
@@ -65,9 +66,3 @@ def test_the_same_scene_gives_the_same_bytes() -> None:
         return picture([shown(box_mesh((3.0, 4.0, 5.0)), np.eye(4), GREEN)], direction=(-1, 1, -1))
 
     assert draw() == draw()
-
-
-def test_neighbouring_segment_numbers_look_different() -> None:
-    colours = segment_colours(np.arange(24))
-
-    assert (np.abs(np.diff(colours, axis=0)).sum(axis=1) > 0.15).all()

@@ -164,3 +164,11 @@ class Analysis:
     timings: dict[str, float]  # s, disjoint parts: prepare.*, segment.*, fit.*
     sdf: FloatArray | None = None  # (m,) shape diameter a face, mm, where the segmenter computes one
     remarks: tuple[str, ...] = ()  # sentences of the segmenter: how it came to these segments
+
+    @property
+    def face_labels(self) -> IntArray:
+        """Segment id of each face of the prepared mesh, (m,)."""
+        labels = np.empty(len(self.mesh.faces), dtype=np.int64)
+        for item in self.segments:
+            labels[item.segment.faces] = item.segment.id
+        return labels

@@ -67,11 +67,8 @@ def _component_files(result: DesignResult) -> Iterator[tuple[str, bytes]]:
 
 
 def _coloured(name: str, analysis: Analysis) -> tuple[bytes, bytes]:
-    labels = np.zeros(len(analysis.mesh.faces), dtype=np.int64)
-    for item in analysis.segments:
-        labels[item.segment.faces] = item.segment.id
     diameters = shape_diameters_mm(analysis.mesh, _RAYS, _CONE_RAD) if analysis.sdf is None else analysis.sdf
     return (
-        component_glb(name, analysis.mesh, segment_colours(labels)),
+        component_glb(name, analysis.mesh, segment_colours(analysis.face_labels)),
         component_glb(name, analysis.mesh, value_colours(diameters)),
     )

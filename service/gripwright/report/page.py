@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from gripwright.cad.colour import segment_colours
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.errors import Rejection
 from gripwright.plugin_api import HandModel
-from gripwright.report.pictures import segment_colours
 from gripwright.report.views import component_view, gripper_view, handle_view
 
 _STYLE = """

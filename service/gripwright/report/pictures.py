@@ -17,15 +17,6 @@ _LIGHT = np.array([0.35, 0.25, 0.9]) / np.linalg.norm([0.35, 0.25, 0.9])  # seen
 _FAR_MM = 1e6
 _BACKGROUND = np.array([1.0, 1.0, 1.0])
 
-PALETTE = np.array(
-    [
-        [0.90, 0.62, 0.00], [0.34, 0.71, 0.91], [0.00, 0.62, 0.45], [0.94, 0.89, 0.26],
-        [0.00, 0.45, 0.70], [0.84, 0.37, 0.00], [0.80, 0.47, 0.65], [0.55, 0.55, 0.55],
-    ]
-)  # fmt: skip
-"""Okabe and Ito's colours, told apart by colour-blind readers too."""
-
-
 Camera = tuple[FloatArray, FloatArray, FloatArray]
 """Unit vectors of a view: right, up, towards the viewer."""
 
@@ -42,11 +33,6 @@ class Shown:
 def shown(mesh: Mesh, X: FloatArray, colour: Sequence[float] | FloatArray) -> Shown:
     """A mesh in one colour, or with a colour for each face."""
     return Shown(mesh=mesh, X=X, colours=np.broadcast_to(np.asarray(colour, dtype=float), (len(mesh.faces), 3)))
-
-
-def segment_colours(labels: IntArray) -> FloatArray:
-    """A colour for each face by its segment (m,) → (m, 3); neighbours in number differ."""
-    return np.asarray(PALETTE[labels % len(PALETTE)] * (1.0 - 0.18 * ((labels // len(PALETTE)) % 4))[:, None])
 
 
 def picture(

@@ -2,13 +2,14 @@
 
 import numpy as np
 
+from gripwright.cad.colour import segment_colours
 from gripwright.design.gripper_assembly import gripper_parts
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.gripper import Gripper, Handle
 from gripwright.domain.shape import Analysis, FloatArray
 from gripwright.plugin_api import HandModel
-from gripwright.report.pictures import Shown, picture, segment_colours, shown
+from gripwright.report.pictures import Shown, picture, shown
 
 _VIEW = (-1.0, 1.4, -0.8)
 _HELD = (0.90, 0.62, 0.00)
@@ -18,10 +19,7 @@ _OBSTACLE = (0.62, 0.66, 0.60)
 
 def component_view(analysis: Analysis) -> bytes:
     """The component, each segment in its colour."""
-    labels = np.zeros(len(analysis.mesh.faces), dtype=np.int64)
-    for item in analysis.segments:
-        labels[item.segment.faces] = item.segment.id
-    return picture([shown(analysis.mesh, np.eye(4), segment_colours(labels))], direction=_VIEW)
+    return picture([shown(analysis.mesh, np.eye(4), segment_colours(analysis.face_labels))], direction=_VIEW)
 
 
 def gripper_view(gripper: Gripper, cad: GripperCad, hand: HandModel) -> bytes:
