@@ -12,7 +12,7 @@ from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.errors import Rejection
 from gripwright.plugin_api import HandModel
-from gripwright.report.views import component_view, gripper_view, handle_view
+from gripwright.report.views import Views, design_views
 
 _STYLE = """
 :root{color-scheme:light;--line:#d5d9de;--ink:#1c2733;--soft:#5b6875;--good:#00664a;--bad:#a33a00}
@@ -37,17 +37,17 @@ figcaption{padding:.4rem .7rem;font-size:.85rem;color:var(--soft);border-top:1px
 
 def report_page(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
     """The page as HTML text, pictures included."""
-    document = result.document
+    document, views = result.document, design_views(result, hands)
     title = f"{document['product']['name'] or document['product']['part_number']} · revision {document['product']['revision']}"
     body = "".join(
         [
             f"<h1>Grippers for {escape(title)}</h1>",
             _summary(document),
-            _grippers(result, hands),
+            _grippers(result, views),
             _bill(document),
             _operations(document),
-            _handles(result, hands),
-            _components(result),
+            _handles(result, views),
+            _components(result, views),
             _warnings(document),
         ]
     )
@@ -73,7 +73,7 @@ def _summary(document: Mapping[str, Any]) -> str:
     )
 
 
-def _grippers(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
+def _grippers(result: DesignResult, views: Views) -> str:
     cards = []
     for gripper, cad, entry in zip(result.grippers, result.cads, result.document["grippers"], strict=True):
         actuator = entry["actuator"]
@@ -87,7 +87,7 @@ def _grippers(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
         elif cad is None:
             cards.append(f"<p>{text}<br>at hand: {escape(entry['owned'])}; checked by its hand model, no CAD is made</p>")
         else:
-            cards.append(_figure(gripper_view(gripper, cad, hands[gripper.gripper_type]), text, f"gripper {gripper.id}, open"))
+            cards.append(_figure(views.grippers[gripper.id], text, f"gripper {gripper.id}, open"))
     return f'<h2>Grippers</h2><div class="cards">{"".join(cards)}</div>'
 
 
@@ -114,7 +114,7 @@ def _operations(document: Mapping[str, Any]) -> str:
     return "<h2>Operations</h2>" + _table(["operation", "status", "kind", "component", "gripper", "reason"], rows)
 
 
-def _handles(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
+def _handles(result: DesignResult, views: Views) -> str:
     cards = []
     for gripper, cad, entry in zip(result.grippers, result.cads, result.document["grippers"], strict=True):
         for handle, record in zip(gripper.handles, entry["handles"], strict=True):
@@ -130,14 +130,14 @@ def _handles(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
             if not isinstance(cad, GripperCad):
                 cards.append(f"<p>{text}</p>")
                 continue
-            picture = handle_view(result, gripper, handle, cad, hands[gripper.gripper_type])
-            cards.append(_figure(picture, text, f"{gripper.id} at the end of {handle.operation}"))
+            cards.append(_figure(views.handles[handle.operation], text, f"{gripper.id} at the end of {handle.operation}"))
     return f'<h2>Grasps, at the end of each operation</h2><div class="cards">{"".join(cards)}</div>'
 
 
-def _components(result: DesignResult) -> str:
+def _components(result: DesignResult, views: Views) -> str:
     parts = ["<h2>Components and their segments</h2>"]
-    for component, analysis, entry in zip(result.task.components, result.analyses, result.document["components"], strict=True):
+    entries = zip(result.task.components, result.analyses, result.document["components"], views.components, strict=True)
+    for component, analysis, entry, view in entries:
         rows = [_segment_row(segment) for segment in entry["segments"]]
         head = ["segment", "primitive", "gripper", "opening, mm", "L⁻, mm", "grasps free / planned", "rejected because"]
         caption = f"{len(rows)} segments by {escape(analysis.segmenter)}"
@@ -145,7 +145,7 @@ def _components(result: DesignResult) -> str:
         parts.append(
             f'<h3>{escape(component.id)} · <span class="{_tone(entry["status"] == "covered")}">{escape(entry["status"])}'
             f'</span></h3>{detail}<div class="split">'
-            f"{_figure(component_view(analysis), caption, f'{component.id}, coloured by segment')}{_table(head, rows)}</div>"
+            f"{_figure(view, caption, f'{component.id}, coloured by segment')}{_table(head, rows)}</div>"
         )
     return "".join(parts)
 

@@ -1,5 +1,9 @@
 """What the report shows: a component by its segments, a gripper, a gripper at its grasp."""
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
 import numpy as np
 
 from gripwright.cad.colour import segment_colours
@@ -8,6 +12,7 @@ from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.gripper import Gripper, Handle
 from gripwright.domain.shape import Analysis, FloatArray
+from gripwright.geometry.rays import thread_pool
 from gripwright.plugin_api import HandModel
 from gripwright.report.pictures import Shown, picture, shown
 
@@ -15,6 +20,34 @@ _VIEW = (-1.0, 1.4, -0.8)
 _HELD = (0.90, 0.62, 0.00)
 _STANDING = (0.80, 0.83, 0.86)
 _OBSTACLE = (0.62, 0.66, 0.60)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Views:
+    """The pictures (PNG) of a design."""
+
+    components: tuple[bytes, ...]
+    grippers: Mapping[str, bytes]  # by gripper, of those with CAD
+    handles: Mapping[str, bytes]  # by operation, of the same
+
+
+def design_views(result: DesignResult, hands: Mapping[str, HandModel]) -> Views:
+    """All pictures, drawn on all cores; components of one analysis share one."""
+    made = [(gripper, cad) for gripper, cad in zip(result.grippers, result.cads, strict=True) if isinstance(cad, GripperCad)]
+    analyses = {id(analysis): analysis for analysis in result.analyses}
+    drawings: list[Callable[[], bytes]] = [partial(component_view, analysis) for analysis in analyses.values()]
+    drawings += [partial(gripper_view, gripper, cad, hands[gripper.gripper_type]) for gripper, cad in made]
+    held = [(gripper, handle, cad) for gripper, cad in made for handle in gripper.handles]
+    drawings += [partial(handle_view, result, gripper, handle, cad, hands[gripper.gripper_type]) for gripper, handle, cad in held]
+    with thread_pool() as pool:
+        pictures = list(pool.map(lambda draw: draw(), drawings))
+    first, second = len(analyses), len(analyses) + len(made)
+    of_analysis = dict(zip(analyses, pictures[:first], strict=True))
+    return Views(
+        components=tuple(of_analysis[id(analysis)] for analysis in result.analyses),
+        grippers=dict(zip((gripper.id for gripper, _ in made), pictures[first:second], strict=True)),
+        handles=dict(zip((handle.operation for _, handle, _ in held), pictures[second:], strict=True)),
+    )
 
 
 def component_view(analysis: Analysis) -> bytes:
