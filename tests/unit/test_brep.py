@@ -4,7 +4,7 @@ import pytest
 from gripwright.domain.errors import InvalidGeometry
 from gripwright.domain.shape import Mesh
 from gripwright.geometry import brep
-from gripwright.geometry.measures import volume_mm3
+from gripwright.geometry.measures import face_areas_mm2, volume_mm3
 
 
 def plate() -> brep.Shape:
@@ -36,6 +36,14 @@ def test_a_tessellation_is_closed_points_outwards_and_keeps_the_volume() -> None
     assert volume_mm3(mesh) == pytest.approx(brep.measure(shape).volume_mm3, rel=2e-3)
     radii = np.linalg.norm(mesh.vertices_mm[:, :2] - [10.0, 15.0], axis=1)
     assert radii.min() == pytest.approx(4.0, abs=1e-6)
+
+
+def test_every_triangle_says_which_face_of_the_solid_it_comes_from() -> None:
+    mesh = brep.tessellate(plate())
+
+    areas_mm2 = np.bincount(mesh.cad_faces, weights=face_areas_mm2(mesh))
+    wall, ends = 2.0 * np.pi * 4.0 * 5.0, 600.0 - 16.0 * np.pi
+    assert np.sort(areas_mm2) == pytest.approx(sorted([wall, ends, ends, 100.0, 100.0, 150.0, 150.0]), rel=5e-3)
 
 
 def test_a_tessellation_stays_within_the_deviation() -> None:

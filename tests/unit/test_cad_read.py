@@ -13,7 +13,7 @@ from gripwright.cad.formats import format_of
 from gripwright.cad.read import read_mesh
 from gripwright.domain.errors import InvalidGeometry, InvalidInput
 from gripwright.domain.shape import Mesh
-from gripwright.geometry.brep import box, cut, cylinder_z, measure, write_brep
+from gripwright.geometry.brep import box, cut, cylinder_z, fuse, measure, write_brep
 from gripwright.geometry.codec import MM_PER_UNIT, mesh_in_mm
 from gripwright.geometry.measures import face_centres_mm, volume_mm3
 
@@ -255,3 +255,23 @@ def test_lengths_are_converted_once_and_arguments_stay(unit: str, factor: float)
 )
 def test_the_format_follows_from_the_extension_in_any_case(name: str, format: str | None) -> None:
     assert format_of(name) == format
+
+
+def test_two_solids_of_a_step_file_keep_the_numbers_of_their_faces_apart() -> None:
+    pair = fuse(box((0, 0, 0), (10, 20, 30)), box((20, 0, 0), (30, 20, 30)))
+
+    mesh = read_mesh(step_bytes(write_brep(pair), name="pair", part_number="P-1"), "step", None)
+
+    assert mesh.cad_faces is not None
+    numbers_of_solids = [
+        set(mesh.cad_faces[face_centres_mm(mesh)[:, 0] < 15]),
+        set(mesh.cad_faces[face_centres_mm(mesh)[:, 0] > 15]),
+    ]
+    assert [len(numbers) for numbers in numbers_of_solids] == [6, 6]
+    assert set.union(*numbers_of_solids) == set(range(12))
+
+
+def test_a_file_of_triangles_has_no_cad_faces() -> None:
+    mesh = read_mesh(_file(_shuffled_ring(), "stl"), "stl", "mm")
+
+    assert mesh.cad_faces is None

@@ -25,7 +25,7 @@ from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.errors import InvalidInput, LimitExceeded
 from gripwright.domain.shape import Mesh
 from gripwright.geometry.brep import box, write_brep
-from gripwright.geometry.measures import volume_mm3
+from gripwright.geometry.measures import face_areas_mm2, volume_mm3
 
 IDENTITY = np.eye(4).tolist()
 SHARED = Path(__file__).parents[3] / "shared" / "data"
@@ -429,6 +429,18 @@ def test_a_lone_step_file_is_a_product_of_its_parts(tmp_path: Path) -> None:
     assert volume_mm3(task.components[0].mesh) == pytest.approx(6000)
 
 
+def test_the_faces_of_step_files_reach_the_task_and_those_of_no_others(tmp_path: Path) -> None:
+    block = step_bytes(write_brep(box((0, 0, 0), (10, 20, 30))), name="block", part_number="B-1")
+    document = {**_document(), "components": [_component("base", file="base.step"), *_document()["components"][1:]]}
+
+    task = read_package(_zip(tmp_path / "package.zip", document, files={**FILES, "base.step": block}))
+
+    base, rotor = task.component("base").mesh, task.component("rotor").mesh
+    assert rotor.cad_faces is None
+    assert base.cad_faces is not None
+    assert np.bincount(base.cad_faces, weights=face_areas_mm2(base)) == pytest.approx([600, 600, 300, 300, 200, 200])
+
+
 def test_a_lone_step_assembly_has_the_names_and_poses_of_its_structure() -> None:
     folder = SHARED / "as1"
     if not folder.exists():
@@ -439,7 +451,9 @@ def test_a_lone_step_assembly_has_the_names_and_poses_of_its_structure() -> None
     task = read_package(folder / "as1.stp", operations=folder / "product.json")
 
     assert len(task.components) == 18
-    assert len({id(component.mesh) for component in task.components}) == 5
+    meshes = {id(component.mesh): component.mesh for component in task.components}
+    assert len(meshes) == 5
+    assert sorted(len(np.unique(mesh.cad_faces)) for mesh in meshes.values()) == [4, 7, 8, 16, 18]
     assert [component.id for component in task.components] == [entry["id"] for entry in described["components"]]
     poses = np.array([entry["pose"] for entry in described["components"]])
     assert np.array([component.X_PC for component in task.components]) == pytest.approx(poses, abs=1e-9)

@@ -8,7 +8,7 @@ from gripwright.domain.errors import InvalidGeometry
 from gripwright.domain.shape import Mesh
 from gripwright.geometry.measures import face_areas_mm2, volume_mm3
 from gripwright.plugin_api import RunContext
-from mesh_factory import STEPPED_SHAFT, plate_with_bosses, soup, sphere_mesh, turned_mesh
+from mesh_factory import STEPPED_SHAFT, box_mesh, plate_with_bosses, soup, sphere_mesh, turned_mesh
 
 
 def test_every_face_of_the_file_has_its_area_in_the_prepared_mesh() -> None:
@@ -22,6 +22,18 @@ def test_every_face_of_the_file_has_its_area_in_the_prepared_mesh() -> None:
     area = np.bincount(prepared.mesh.source_faces, weights=face_areas_mm2(prepared.mesh), minlength=len(file.faces))
     np.testing.assert_allclose(area, face_areas_mm2(file), rtol=1e-9)
     assert ctx.timings.keys() == {"prepare.repair", "prepare.refine", "prepare.smooth"}
+
+
+def test_a_prepared_face_comes_from_the_cad_face_of_the_face_that_it_divides() -> None:
+    box = box_mesh((30.0, 20.0, 10.0))
+    faces = np.concatenate((box.faces, box.faces[:1, [0, 0, 1]]))  # preparation leaves the last one out
+    file = Mesh(vertices_mm=box.vertices_mm, faces=faces, cad_faces=np.arange(13) // 2)
+
+    mesh = prepare(file, PrepareSettings(), RunContext()).mesh
+
+    assert len(mesh.faces) > 12
+    assert mesh.cad_faces is not None
+    np.testing.assert_array_equal(mesh.cad_faces, file.cad_faces[mesh.source_faces])
 
 
 def test_edges_are_at_most_the_settings_fraction_of_the_extent() -> None:

@@ -45,6 +45,17 @@ def test_the_same_value_gives_the_same_bytes() -> None:
     assert dumps(mesh) == dumps(loads(dumps(mesh), TYPES))
 
 
+def test_a_mesh_stored_before_meshes_had_cad_faces_still_loads() -> None:
+    mesh = Mesh(vertices_mm=np.eye(3), faces=np.array([[0, 1, 2]]))
+    node = json.loads(zlib.decompress(dumps(mesh)))
+    del node["fields"]["cad_faces"]
+
+    back = loads(zlib.compress(json.dumps(node).encode()), TYPES)
+
+    assert back.cad_faces is None
+    assert np.array_equal(back.vertices_mm, mesh.vertices_mm)
+
+
 def test_a_record_builds_nothing_but_known_dataclasses() -> None:
     hostile = zlib.compress(json.dumps({"$type": "os:system", "fields": {"command": "true"}}).encode())
 

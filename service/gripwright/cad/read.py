@@ -1,5 +1,7 @@
 """CAD files to meshes. Runs in the child process alone (cad/child.py): the files are others' and the parsers are C++."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from gripwright.cad.limits import DEFAULT_LIMITS, Limits
@@ -65,4 +67,4 @@ def merged(mesh: Mesh) -> Mesh:
     for coordinate in corners.T:
         values, ranks = np.unique(coordinate, return_inverse=True)
         _, first, keys = np.unique(keys * len(values) + ranks, return_index=True, return_inverse=True)
-    return Mesh(vertices_mm=corners[first], faces=keys.reshape(-1, 3).astype(np.int64))
+    return replace(mesh, vertices_mm=corners[first], faces=keys.reshape(-1, 3).astype(np.int64))

@@ -156,7 +156,10 @@ def _tessellated(part: Any) -> Mesh:
 
 def _joined(parts: list[tuple[FloatArray, Mesh]]) -> Mesh:
     offsets = np.cumsum([0, *(len(mesh.vertices_mm) for _, mesh in parts)])
+    numbers = [mesh.cad_faces for _, mesh in parts if mesh.cad_faces is not None]
+    firsts = np.cumsum([0, *(int(faces.max(initial=-1)) + 1 for faces in numbers)])
     return Mesh(
         vertices_mm=np.concatenate([mesh.vertices_mm @ X[:3, :3].T + X[:3, 3] for X, mesh in parts]),
         faces=np.concatenate([mesh.faces + offset for (_, mesh), offset in zip(parts, offsets, strict=False)]),
+        cad_faces=np.concatenate([faces + first for faces, first in zip(numbers, firsts, strict=False)]),
     )

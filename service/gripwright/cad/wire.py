@@ -41,19 +41,30 @@ def _exactly(stream: BinaryIO, count: int) -> bytes:
 
 
 def pack(meshes: Sequence[Mesh]) -> tuple[list[list[int]], list[bytes]]:
-    """Sizes [vertices, faces] and the arrays of meshes as bytes, little-endian float64 and int64."""
-    sizes = [[len(mesh.vertices_mm), len(mesh.faces)] for mesh in meshes]
-    parts = [array.tobytes() for mesh in meshes for array in (mesh.vertices_mm.astype("<f8"), mesh.faces.astype("<i8"))]
+    """Sizes [vertices, faces, numbers of CAD faces] and the arrays of meshes as bytes, little-endian float64 and int64."""
+    sizes, parts = [], []
+    for mesh in meshes:
+        numbers = np.empty(0) if mesh.cad_faces is None else mesh.cad_faces
+        sizes.append([len(mesh.vertices_mm), len(mesh.faces), len(numbers)])
+        parts += [mesh.vertices_mm.astype("<f8").tobytes(), mesh.faces.astype("<i8").tobytes(), numbers.astype("<i8").tobytes()]
     return sizes, parts
 
 
 def unpack(sizes: Sequence[Sequence[int]], payload: bytes) -> list[Mesh]:
     """The meshes of `pack`."""
     meshes, offset = [], 0
-    for vertex_count, face_count in sizes:
+    for vertex_count, face_count, number_count in sizes:
         vertices = np.frombuffer(payload, "<f8", 3 * vertex_count, offset).reshape(-1, 3)
         offset += vertices.nbytes
         faces = np.frombuffer(payload, "<i8", 3 * face_count, offset).reshape(-1, 3)
         offset += faces.nbytes
-        meshes.append(Mesh(vertices_mm=vertices.astype(np.float64), faces=faces.astype(np.int64)))
+        numbers = np.frombuffer(payload, "<i8", number_count, offset)
+        offset += numbers.nbytes
+        meshes.append(
+            Mesh(
+                vertices_mm=vertices.astype(np.float64),
+                faces=faces.astype(np.int64),
+                cad_faces=numbers.astype(np.int64) if number_count else None,
+            )
+        )
     return meshes

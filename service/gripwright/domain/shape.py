@@ -17,13 +17,15 @@ class Mesh:
 
     A prepared mesh is the mesh of the file with its long thin triangles divided, so that a face of it lies wholly inside
     one face of the file: `source_faces` names that face. Nothing moves by preparation; where threads were smoothed,
-    `smooth_vertices_mm` holds the moved positions, for segmentation alone.
+    `smooth_vertices_mm` holds the moved positions, for segmentation alone. Where the file is an exact model (STEP),
+    `cad_faces` numbers the model's own face that each triangle comes from; no two solids share a number.
     """
 
     vertices_mm: FloatArray  # (n, 3)
     faces: IntArray  # (m, 3) vertex indices
     source_faces: IntArray | None = None  # (m,) face of the file, None: the file's own faces
     smooth_vertices_mm: FloatArray | None = None  # (n, 3)
+    cad_faces: IntArray | None = None  # (m,) from 0, None: the file has triangles only
 
     @property
     def triangles_mm(self) -> FloatArray:

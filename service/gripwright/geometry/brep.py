@@ -108,23 +108,29 @@ def bounds_mm(shape: Shape) -> FloatArray:
 
 
 def tessellate(shape: Shape, deviation_mm: float = 0.02, angle_rad: float = 0.25) -> Mesh:
-    """The closed outer surface as triangles, at most `deviation_mm` away from it; the shape itself stays without triangles."""
+    """The closed outer surface as triangles, at most `deviation_mm` away from it; the shape itself stays without triangles.
+
+    `cad_faces` numbers the shape's faces in the order in which it holds them.
+    """
     copy = BRepBuilderAPI_Copy(shape, True, False).Shape()
     BRepMesh_IncrementalMesh(copy, deviation_mm, False, angle_rad, False)
     points: list[FloatArray] = []
     triangles: list[FloatArray] = []
+    sizes: list[int] = []
     count = 0
     for face in _parts(copy, TopAbs_ShapeEnum.TopAbs_FACE):
         face_points, face_triangles = _face_triangles(face)
         points.append(face_points)
         triangles.append(face_triangles + count)
+        sizes.append(len(face_triangles))
         count += len(face_points)
     vertices = np.concatenate(points)  # (n, 3)
     faces = np.concatenate(triangles).astype(np.int64)  # (m, 3)
     _, first, inverse = np.unique(np.round(vertices / _WELD_MM), axis=0, return_index=True, return_inverse=True)
     faces = inverse.reshape(-1)[faces]
     distinct = (faces != np.roll(faces, 1, axis=1)).all(axis=1)  # (m,)
-    return Mesh(vertices_mm=vertices[first], faces=faces[distinct])
+    numbers = np.repeat(np.arange(len(sizes)), sizes)  # (m,)
+    return Mesh(vertices_mm=vertices[first], faces=faces[distinct], cad_faces=numbers[distinct])
 
 
 def _face_triangles(face: Shape) -> tuple[FloatArray, FloatArray]:

@@ -44,6 +44,8 @@ def prepare(mesh: Mesh, settings: PrepareSettings, ctx: RunContext) -> Prepared:
     ctx.progress(0.3, "mesh repaired")
     with ctx.timed("prepare.refine"):
         refined = refine(done.mesh, edge_max_mm(done.mesh, settings))
+    if mesh.cad_faces is not None:
+        refined = replace(refined, cad_faces=mesh.cad_faces[refined.source_faces])
     ctx.progress(0.6, "long triangles divided")
     with ctx.timed("prepare.smooth"):
         smooth = _with_level_threads(done.mesh, refined)
