@@ -1,0 +1,163 @@
+"""From patches of one surface each (a plane, a cylinder, …) to segments that a gripper can hold: bodies, and bores apart."""
+
+import heapq
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gripwright.domain.shape import BoolArray, FloatArray, IntArray
+from gripwright.geometry.adjacency import connected_labels
+from gripwright_builtin.segmenters.energy import CONCAVE_SHARE, CONVEX_SHARE
+from gripwright_builtin.segmenters.segments import connected_parts, merged_small
+from gripwright_builtin.segmenters.surface import Surface
+
+CREASE_RAD = np.radians(35.0)
+"""Surfaces that turn towards each other by more, over all that lies between them, belong to different bodies."""
+NARROW = 100.0
+"""A patch is narrow when its border is longer than 10 times the root of its area: a chamfer, a fillet, the edge of a sheet."""
+NARROW_AREA = 0.03
+"""Narrow patches up to this fraction of the surface join the neighbour that they continue."""
+ENCLOSED = 0.7
+"""Surfaces enclose a hollow when the sum of their area vectors is below this part of their area …"""
+HOLLOW = 0.5
+"""… they turn inwards by more than this times the root of their area (a closed bore by √(2πh/r)) …"""
+OUTWARD = 0.3
+"""… and outwards by no more than this part of it, as ribs and bosses would."""
+
+
+def grouped(patches: IntArray, surface: Surface, least: float = 0.005) -> IntArray:
+    """Segment of each face, (m,), from the patch of one surface that each face lies on, (m,).
+
+    Surfaces that meet in convex edges or without an edge are one body: the six faces of a box, a cylinder and its ends.
+    Concave creases and concave fillets divide bodies: a plate from its bosses, a step of a shaft from the next. Surfaces
+    that enclose a hollow, such as a bore, stand apart from what is around them. Patches below the fraction `least` of the
+    area and narrow ones continue a neighbour. Every segment is connected.
+    """
+    net = _Net.of(connected_parts(patches, surface.pairs), surface)
+    large = net.without_small(least)
+    ends, borders = net.borders()  # (b, 2), (b, 3)
+    crease = borders[:, 1] > CREASE_RAD * borders[:, 0]
+    hollow = _hollows(ends, borders, crease, net)
+    same_side = (hollow[ends[:, 0]] == hollow[ends[:, 1]]) & ((hollow[ends[:, 0]] >= 0) | ~crease)
+    parts = connected_labels(ends[same_side], len(hollow))[large]
+    return merged_small(connected_parts(parts, surface.pairs), surface, least)
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class _Net:
+    """Patches and their borders. A border has a length, mm, and how far it turns inwards and outwards, rad times mm."""
+
+    part: IntArray  # (m,) patch of each face
+    areas_mm2: FloatArray  # (k,)
+    area_vectors_mm2: FloatArray  # (k, 3)
+    turns_mm: FloatArray  # (k,) angle times length of the edges inside, convex positive
+    across: list[dict[int, FloatArray]] = field(default_factory=list)  # neighbour → (length, inwards, outwards)
+
+    @classmethod
+    def of(cls, part: IntArray, surface: Surface) -> "_Net":
+        count = int(part.max()) + 1
+        ends = np.sort(part[surface.pairs], axis=1)
+        apart = ends[:, 0] != ends[:, 1]
+        turns = surface.angles_rad * surface.lengths_mm
+        keys, inverse = np.unique(ends[apart] @ np.array([count, 1]), return_inverse=True)
+        columns = (surface.lengths_mm, np.maximum(-turns, 0.0), np.maximum(turns, 0.0))
+        sums = _vector_sums(inverse, np.stack(columns, axis=1)[apart], len(keys))  # (b, 3)
+        net = cls(
+            part=part,
+            areas_mm2=_sums(part, surface.areas_mm2, count),
+            area_vectors_mm2=_vector_sums(part, surface.area_vectors_mm2, count),
+            turns_mm=_sums(ends[~apart, 0], turns[~apart], count),
+            across=[{} for _ in range(count)],
+        )
+        for key, border in zip(keys.tolist(), sums, strict=True):
+            p, q = divmod(key, count)
+            net.across[p][q] = net.across[q][p] = border
+        return net
+
+    def borders(self) -> tuple[IntArray, FloatArray]:
+        """The two patches of each border, (b, 2), and its length and turns, (b, 3)."""
+        found = [(p, q, border) for p, around in enumerate(self.across) for q, border in around.items() if p < q]
+        ends = np.array([(p, q) for p, q, _ in found], dtype=np.int64).reshape(-1, 2)
+        return ends, np.array([border for _, _, border in found]).reshape(-1, 3)
+
+    def without_small(self, least: float) -> IntArray:
+        """Join small and narrow patches, the smallest first, to the neighbour that they continue; each face's patch then."""
+        total = self.areas_mm2.sum()
+        outline = np.array([sum(border[0] for border in around.values()) for around in self.across])
+        narrow = (outline**2 > NARROW * self.areas_mm2) & (self.areas_mm2 < NARROW_AREA * total)
+        small = (self.areas_mm2 < least * total) | narrow
+        into = np.arange(len(self.areas_mm2))
+        waiting = [(float(self.areas_mm2[p]), int(p)) for p in np.flatnonzero(small)]
+        heapq.heapify(waiting)
+        while waiting:
+            area, p = heapq.heappop(waiting)
+            if area != self.areas_mm2[p] or into[p] != p or not self.across[p]:
+                continue  # it has grown or joined another meanwhile, or fills its surroundings
+            q = max(self.across[p], key=lambda i: (_continuity(self.across[p][i]), -i))
+            if small[q]:  # what two small ones become may turn; a large one keeps its own form
+                self.turns_mm[q] += self.turns_mm[p] + self.across[p][q][2] - self.across[p][q][1]
+            self._join(p, q)
+            into[p] = q
+            if small[q]:
+                heapq.heappush(waiting, (float(self.areas_mm2[q]), q))
+        while (into[into] != into).any():
+            into = into[into]
+        return np.asarray(into[self.part])
+
+    def _join(self, p: int, q: int) -> None:
+        """Patch p becomes part of q; what lies beyond p is then as far round as p and its border with q turn."""
+        others = {r: border for r, border in self.across[p].items() if r != q}
+        between = self.across[p][q]
+        length = (between[0] + sum(border[0] for border in others.values())) / 2.0
+        turn = self.turns_mm[p] / length
+        bend = between[1:] / between[0] + np.array([max(-turn, 0.0), max(turn, 0.0)])  # rad inwards, outwards
+        for r, border in others.items():
+            del self.across[r][p]
+            known = self.across[q].get(r)  # then p lies beside that border, not in between
+            joint = known + border if known is not None else border + np.concatenate(([0.0], bend * border[0]))
+            self.across[q][r] = self.across[r][q] = joint
+        del self.across[q][p]
+        self.across[p] = {}
+        for values in (self.areas_mm2, self.area_vectors_mm2):
+            values[q] += values[p]
+            values[p] = 0.0
+
+
+def _continuity(border: FloatArray) -> float:
+    """Length of a border, less of it where it turns."""
+    inwards, outwards = np.minimum(border[1:] / border[0] / np.radians(60.0), 1.0)
+    return float(border[0] * (1.0 - inwards * (1.0 - CONCAVE_SHARE)) * (1.0 - outwards * (1.0 - CONVEX_SHARE)))
+
+
+def _hollows(ends: IntArray, borders: FloatArray, crease: BoolArray, net: _Net) -> IntArray:
+    """Number of the hollow that each patch helps to enclose, (k,), −1: none.
+
+    Patches meet there in creases or without an edge; those that curve outwards, such as bosses, are no part of it.
+    """
+    count = len(net.areas_mm2)
+    scale = np.sqrt(net.areas_mm2)
+    bulging = net.turns_mm > HOLLOW * scale
+    linked = (crease | (borders[:, 1:].sum(axis=1) < CREASE_RAD * borders[:, 0])) & ~bulging[ends].any(axis=1)
+    group = connected_labels(ends[linked], count)
+    inner = group[ends[:, 0]] == group[ends[:, 1]]
+
+    def summed(of_patch: FloatArray, of_border: FloatArray) -> FloatArray:
+        return _sums(group, of_patch, count) + _sums(group[ends[inner, 0]], of_border[inner], count)
+
+    inwards = summed(np.maximum(-net.turns_mm, 0.0), borders[:, 1])
+    outwards = summed(np.maximum(net.turns_mm, 0.0), borders[:, 2])
+    area, vectors = _sums(group, net.areas_mm2, count), _vector_sums(group, net.area_vectors_mm2, count)
+    hollow = (
+        (np.linalg.norm(vectors, axis=1) < ENCLOSED * area) & (inwards > HOLLOW * np.sqrt(area)) & (outwards < OUTWARD * inwards)
+    )
+    return np.where(hollow[group], group, -1)
+
+
+def _sums(group: IntArray, values: FloatArray, count: int) -> FloatArray:
+    """Sum of the values (n,) of each of `count` groups."""
+    return np.bincount(group, values, count).astype(np.float64)
+
+
+def _vector_sums(group: IntArray, vectors: FloatArray, count: int) -> FloatArray:
+    """Sum of the vectors (n, c) of each of `count` groups, (count, c)."""
+    return np.stack([_sums(group, column, count) for column in vectors.T], axis=1)
