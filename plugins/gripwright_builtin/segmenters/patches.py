@@ -7,12 +7,14 @@ import numpy as np
 
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray
 from gripwright.geometry.adjacency import connected_labels
-from gripwright_builtin.segmenters.energy import CONCAVE_SHARE, CONVEX_SHARE
+from gripwright_builtin.segmenters.energy import CONCAVE_SHARE, CONVEX_SHARE, SHARP_RAD
 from gripwright_builtin.segmenters.segments import connected_parts, merged_small
 from gripwright_builtin.segmenters.surface import Surface
 
 CREASE_RAD = np.radians(35.0)
 """Surfaces that turn towards each other by more, over all that lies between them, belong to different bodies."""
+CREASED_MIN = 0.85
+"""Part of a border that creases make up where it divides bodies: a tooth that meets its gear's end face is part of the gear."""
 NARROW = 100.0
 """A patch is narrow when its border is longer than 10 times the root of its area: a chamfer, a fillet, the edge of a sheet."""
 NARROW_AREA = 0.03
@@ -23,6 +25,9 @@ HOLLOW = 0.5
 """… they turn inwards by more than this times the root of their area (a closed bore by √(2πh/r)) …"""
 OUTWARD = 0.3
 """… and outwards by no more than this part of it, as ribs and bosses would."""
+
+LENGTH, INWARDS, OUTWARDS, CREASED = range(4)
+"""Columns of a border: length, mm, how far it turns inwards and outwards, rad times mm, and the length of creases, mm."""
 
 
 def grouped(patches: IntArray, surface: Surface, least: float = 0.005) -> IntArray:
@@ -35,8 +40,8 @@ def grouped(patches: IntArray, surface: Surface, least: float = 0.005) -> IntArr
     """
     net = _Net.of(connected_parts(patches, surface.pairs), surface)
     large = net.without_small(least)
-    ends, borders = net.borders()  # (b, 2), (b, 3)
-    crease = borders[:, 1] > CREASE_RAD * borders[:, 0]
+    ends, borders = net.borders()  # (b, 2), (b, 4)
+    crease = borders[:, CREASED] > CREASED_MIN * borders[:, LENGTH]
     hollow = _hollows(ends, borders, crease, net)
     same_side = (hollow[ends[:, 0]] == hollow[ends[:, 1]]) & ((hollow[ends[:, 0]] >= 0) | ~crease)
     parts = connected_labels(ends[same_side], len(hollow))[large]
@@ -45,13 +50,13 @@ def grouped(patches: IntArray, surface: Surface, least: float = 0.005) -> IntArr
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class _Net:
-    """Patches and their borders. A border has a length, mm, and how far it turns inwards and outwards, rad times mm."""
+    """Patches and their borders."""
 
     part: IntArray  # (m,) patch of each face
     areas_mm2: FloatArray  # (k,)
     area_vectors_mm2: FloatArray  # (k, 3)
-    turns_mm: FloatArray  # (k,) angle times length of the edges inside, convex positive
-    across: list[dict[int, FloatArray]] = field(default_factory=list)  # neighbour → (length, inwards, outwards)
+    turns_mm: FloatArray  # (k, 2) how far each turns inwards and outwards itself, rad times mm
+    across: list[dict[int, FloatArray]] = field(default_factory=list)  # neighbour → border
 
     @classmethod
     def of(cls, part: IntArray, surface: Surface) -> "_Net":
@@ -60,13 +65,15 @@ class _Net:
         apart = ends[:, 0] != ends[:, 1]
         turns = surface.angles_rad * surface.lengths_mm
         keys, inverse = np.unique(ends[apart] @ np.array([count, 1]), return_inverse=True)
-        columns = (surface.lengths_mm, np.maximum(-turns, 0.0), np.maximum(turns, 0.0))
-        sums = _vector_sums(inverse, np.stack(columns, axis=1)[apart], len(keys))  # (b, 3)
+        creased = np.where(surface.angles_rad < -CREASE_RAD, surface.lengths_mm, 0.0)
+        columns = np.stack((surface.lengths_mm, np.maximum(-turns, 0.0), np.maximum(turns, 0.0), creased), axis=1)  # (e, 4)
+        sums = _vector_sums(inverse, columns[apart], len(keys))  # (b, 4)
+        own = _sums(ends[~apart, 0], turns[~apart], count)  # along a curve the facets' small convex and concave edges cancel
         net = cls(
             part=part,
             areas_mm2=_sums(part, surface.areas_mm2, count),
             area_vectors_mm2=_vector_sums(part, surface.area_vectors_mm2, count),
-            turns_mm=_sums(ends[~apart, 0], turns[~apart], count),
+            turns_mm=np.stack((np.maximum(-own, 0.0), np.maximum(own, 0.0)), axis=1),
             across=[{} for _ in range(count)],
         )
         for key, border in zip(keys.tolist(), sums, strict=True):
@@ -75,15 +82,15 @@ class _Net:
         return net
 
     def borders(self) -> tuple[IntArray, FloatArray]:
-        """The two patches of each border, (b, 2), and its length and turns, (b, 3)."""
+        """The two patches of each border, (b, 2), and its columns, (b, 4)."""
         found = [(p, q, border) for p, around in enumerate(self.across) for q, border in around.items() if p < q]
         ends = np.array([(p, q) for p, q, _ in found], dtype=np.int64).reshape(-1, 2)
-        return ends, np.array([border for _, _, border in found]).reshape(-1, 3)
+        return ends, np.array([border for _, _, border in found]).reshape(-1, 4)
 
     def without_small(self, least: float) -> IntArray:
         """Join small and narrow patches, the smallest first, to the neighbour that they continue; each face's patch then."""
         total = self.areas_mm2.sum()
-        outline = np.array([sum(border[0] for border in around.values()) for around in self.across])
+        outline = np.array([sum(border[LENGTH] for border in around.values()) for around in self.across])
         narrow = (outline**2 > NARROW * self.areas_mm2) & (self.areas_mm2 < NARROW_AREA * total)
         small = (self.areas_mm2 < least * total) | narrow
         into = np.arange(len(self.areas_mm2))
@@ -95,7 +102,7 @@ class _Net:
                 continue  # it has grown or joined another meanwhile, or fills its surroundings
             q = max(self.across[p], key=lambda i: (_continuity(self.across[p][i]), -i))
             if small[q]:  # what two small ones become may turn; a large one keeps its own form
-                self.turns_mm[q] += self.turns_mm[p] + self.across[p][q][2] - self.across[p][q][1]
+                self.turns_mm[q] += self.turns_mm[p] + self.across[p][q][[INWARDS, OUTWARDS]]
             self._join(p, q)
             into[p] = q
             if small[q]:
@@ -108,13 +115,17 @@ class _Net:
         """Patch p becomes part of q; what lies beyond p is then as far round as p and its border with q turn."""
         others = {r: border for r, border in self.across[p].items() if r != q}
         between = self.across[p][q]
-        length = (between[0] + sum(border[0] for border in others.values())) / 2.0
-        turn = self.turns_mm[p] / length
-        bend = between[1:] / between[0] + np.array([max(-turn, 0.0), max(turn, 0.0)])  # rad inwards, outwards
+        length = (between[LENGTH] + sum(border[LENGTH] for border in others.values())) / 2.0
+        inwards, outwards = between[[INWARDS, OUTWARDS]] / between[LENGTH] + self.turns_mm[p] / length  # rad
         for r, border in others.items():
             del self.across[r][p]
-            known = self.across[q].get(r)  # then p lies beside that border, not in between
-            joint = known + border if known is not None else border + np.concatenate(([0.0], bend * border[0]))
+            known = self.across[q].get(r)
+            if known is None:
+                joint = border + border[LENGTH] * np.array([0.0, inwards, outwards, 0.0])
+                if joint[INWARDS] > CREASE_RAD * joint[LENGTH]:
+                    joint[CREASED] = joint[LENGTH]
+            else:  # p lies beside that border, not in between
+                joint = known + border
             self.across[q][r] = self.across[r][q] = joint
         del self.across[q][p]
         self.across[p] = {}
@@ -125,8 +136,8 @@ class _Net:
 
 def _continuity(border: FloatArray) -> float:
     """Length of a border, less of it where it turns."""
-    inwards, outwards = np.minimum(border[1:] / border[0] / np.radians(60.0), 1.0)
-    return float(border[0] * (1.0 - inwards * (1.0 - CONCAVE_SHARE)) * (1.0 - outwards * (1.0 - CONVEX_SHARE)))
+    inwards, outwards = np.minimum(border[[INWARDS, OUTWARDS]] / border[LENGTH] / SHARP_RAD, 1.0)
+    return float(border[LENGTH] * (1.0 - inwards * (1.0 - CONCAVE_SHARE)) * (1.0 - outwards * (1.0 - CONVEX_SHARE)))
 
 
 def _hollows(ends: IntArray, borders: FloatArray, crease: BoolArray, net: _Net) -> IntArray:
@@ -136,16 +147,17 @@ def _hollows(ends: IntArray, borders: FloatArray, crease: BoolArray, net: _Net) 
     """
     count = len(net.areas_mm2)
     scale = np.sqrt(net.areas_mm2)
-    bulging = net.turns_mm > HOLLOW * scale
-    linked = (crease | (borders[:, 1:].sum(axis=1) < CREASE_RAD * borders[:, 0])) & ~bulging[ends].any(axis=1)
+    bulging = net.turns_mm[:, 1] - net.turns_mm[:, 0] > HOLLOW * scale
+    smooth = borders[:, INWARDS] + borders[:, OUTWARDS] < CREASE_RAD * borders[:, LENGTH]
+    linked = (crease | smooth) & ~bulging[ends].any(axis=1)
     group = connected_labels(ends[linked], count)
     inner = group[ends[:, 0]] == group[ends[:, 1]]
 
     def summed(of_patch: FloatArray, of_border: FloatArray) -> FloatArray:
         return _sums(group, of_patch, count) + _sums(group[ends[inner, 0]], of_border[inner], count)
 
-    inwards = summed(np.maximum(-net.turns_mm, 0.0), borders[:, 1])
-    outwards = summed(np.maximum(net.turns_mm, 0.0), borders[:, 2])
+    inwards = summed(net.turns_mm[:, 0], borders[:, INWARDS])
+    outwards = summed(net.turns_mm[:, 1], borders[:, OUTWARDS])
     area, vectors = _sums(group, net.areas_mm2, count), _vector_sums(group, net.area_vectors_mm2, count)
     hollow = (
         (np.linalg.norm(vectors, axis=1) < ENCLOSED * area) & (inwards > HOLLOW * np.sqrt(area)) & (outwards < OUTWARD * inwards)
