@@ -35,6 +35,49 @@ def test_an_actuator_is_added_replaced_and_deleted(client, problem):
     problem(client.put(url, json=FIGURES, headers={"If-Match": "*"}), 412)
 
 
+OWN_CSV = """maker,model,type,fingers,stroke_mm,stroke_basis,grip_force_N,force_basis,opening_min_mm,opening_max_mm
+Acme,C-12,centric,3,5,per-jaw,40,per jaw,,
+Acme,C-12 on diameter,centric,3,10,diameter,120,sum of jaws,,
+Acme,P-2,parallel,2,48,,,,0,30
+"""
+
+
+def import_csv(client, text, query="", media_type="text/csv"):
+    return client.post(f"/api/v1/actuators/import{query}", content=text, headers={"content-type": media_type})
+
+
+def test_actuators_are_imported_as_totals_whatever_basis_the_maker_states(client):
+    answer = import_csv(client, OWN_CSV)
+
+    assert answer.status_code == 200, answer.text
+    per_jaw, on_diameter, conflicting = answer.json()["items"]
+    assert (per_jaw["stroke"], per_jaw["grip_force"]) == (on_diameter["stroke"], on_diameter["grip_force"]) == (10.0, 120.0)
+    assert (conflicting["confidence"], conflicting["note"]) == ("C", "CONFLICT: stroke 48 mm, opening 0 to 30 mm")
+    assert client.get("/api/v1/actuators/Acme/C-12").json()["stroke"] == 10.0
+    assert {item["outcome"] for item in answer.json()["items"]} == {"added"}
+    assert {item["outcome"] for item in import_csv(client, OWN_CSV).json()["items"]} == {"unchanged"}
+    changed = import_csv(client, OWN_CSV.replace("Acme,P-2,parallel,2,48", "Acme,P-2,parallel,2,30")).json()["items"]
+    assert [item["outcome"] for item in changed] == ["unchanged", "unchanged", "replaced"]
+
+
+def test_a_dry_run_says_what_an_import_would_do_and_does_nothing(client, problem):
+    faulty = OWN_CSV.replace("Acme", "Beta") + "Beta,X,parallel,two,10,,,,,\n"
+
+    answer = import_csv(client, faulty, "?dry_run=true")
+
+    assert [item["outcome"] for item in answer.json()["items"]] == ["added"] * 3
+    assert [error["pointer"] for error in answer.json()["errors"]] == ["/3/fingers"]
+    problem(client.get("/api/v1/actuators/Beta/C-12"), 404)
+    assert problem(import_csv(client, faulty), 422)["errors"][0]["pointer"] == "/3/fingers"
+    problem(client.get("/api/v1/actuators/Beta/C-12"), 404)
+
+
+def test_what_is_no_csv_of_actuators_is_refused(client, problem):
+    problem(import_csv(client, "a,b\n1,2\n"), 422)
+    problem(import_csv(client, b"\xff\xfe"), 422)
+    problem(import_csv(client, OWN_CSV, media_type="application/json"), 415)
+
+
 @pytest.mark.parametrize(
     ("change", "pointer"), [({"stroke": -1}, "/stroke"), ({"stroke": None}, "/stroke"), ({"colour": "red"}, "/colour")]
 )
@@ -134,7 +177,7 @@ def test_every_operation_has_a_stable_id_and_answers_errors_with_problems():
     operations = [operation for path in document["paths"].values() for operation in path.values()]
 
     ids = [operation["operationId"] for operation in operations]
-    assert len(ids) == len(set(ids)) == 32
+    assert len(ids) == len(set(ids)) == 33
     for operation in operations:
         for status, answer in operation["responses"].items():
             if status >= "400":

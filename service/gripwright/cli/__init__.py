@@ -23,6 +23,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "demo": ("gripwright.cli.demo", "The sample product through the real service."),
         "sample": ("gripwright.cli.sample", "Write the sample product as a package."),
         "plugins": ("gripwright.cli.plugins", "What is installed; check it, or begin a new plug-in."),
+        "actuators": ("gripwright.cli.actuators", "The catalogue; import actuators of your own from a CSV."),
         "openapi": ("gripwright.cli.openapi", "The OpenAPI document on standard output."),
     }
 )

@@ -2,12 +2,15 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Response, status
+from fastapi import APIRouter, Depends, Path, Query, Request, Response, status
 
+from gripwright.domain.errors import Fault, InvalidInput
 from gripwright.http.deps import Now, ReadSession, WriteSession
+from gripwright.http.errors import UnsupportedMediaType
 from gripwright.http.preconditions import ABSENT, IfMatch, check_match, version_tag
-from gripwright.http.schemas.actuators import ActuatorFigures, ActuatorList, ActuatorView
+from gripwright.http.schemas.actuators import CSV_SCHEMA, ActuatorFigures, ActuatorImport, ActuatorList, ActuatorView
 from gripwright.http.schemas.problem import problems
+from gripwright.jobs.catalogue import import_actuators
 from gripwright.store.actuators import ActuatorRepository
 
 router = APIRouter(prefix="/actuators", tags=["actuators"])
@@ -20,6 +23,28 @@ Model = Annotated[str, Path(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f
 def list_actuators(session: ReadSession) -> ActuatorList:
     """The whole catalogue in the order of maker and model."""
     return ActuatorList(items=[ActuatorView.of(row) for row in ActuatorRepository(session).all()])
+
+
+async def csv_text(request: Request) -> str:
+    """The body of a request as the text of a CSV."""
+    if not request.headers.get("content-type", "").lower().startswith("text/csv"):
+        raise UnsupportedMediaType("actuators are imported from text/csv")
+    try:
+        return (await request.body()).decode()
+    except UnicodeDecodeError as error:
+        fault = Fault(pointer="", message=f"is not UTF-8: {error.reason} at byte {error.start}")
+        raise InvalidInput("the actuators cannot be imported", faults=(fault,)) from None
+
+
+@router.post("/import", operation_id="import_actuators", responses=problems(413, 415, 422), openapi_extra=dict(CSV_SCHEMA))
+def import_catalogue(
+    text: Annotated[str, Depends(csv_text)],
+    session: WriteSession,
+    now: Now,
+    dry_run: Annotated[bool, Query(description="say what would be done, and do nothing")] = False,
+) -> ActuatorImport:
+    """Add the actuators of a CSV, or replace those that are there: all or, where a row cannot be read, none."""
+    return ActuatorImport.of(import_actuators(session, text, now, dry_run=dry_run), dry_run=dry_run)
 
 
 @router.get("/{maker}/{model:path}", operation_id="get_actuator", responses=problems(404))

@@ -1,10 +1,15 @@
 """Actuators as callers see them: mm, N, kg."""
 
+from collections.abc import Mapping
 from datetime import datetime
+from types import MappingProxyType
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from gripwright.domain.gripper import Actuator
+from gripwright.http.schemas.problem import ProblemError
+from gripwright.jobs.catalogue import CatalogueImport
 from gripwright.store.models import ActuatorRow
 
 
@@ -25,7 +30,10 @@ class ActuatorFigures(BaseModel):
     price: float | None = Field(default=None, ge=0)
     stroke_basis: str = Field(default="total", max_length=20, description="as the maker states it: total, diameter, per-jaw")
     force_basis: str = Field(default="unknown", max_length=20, description="as the maker states it: total, per-jaw, unknown")
-    confidence: str = Field(default="C", max_length=20, description="A: the maker's own document; C: sources conflict")
+    confidence: Literal["A", "B", "C"] = Field(
+        default="B",
+        description="A: the maker's own document; B: second hand; C: sources conflict, used only where a plan names it",
+    )
     source: str = Field(default="", max_length=2000)
     note: str = Field(default="", max_length=2000)
 
@@ -103,3 +111,59 @@ class ActuatorList(BaseModel):
     """The whole catalogue."""
 
     items: list[ActuatorView]
+
+
+CSV_SCHEMA: Mapping[str, Any] = MappingProxyType(
+    {
+        "requestBody": {
+            "required": True,
+            "content": {
+                "text/csv": {
+                    "schema": {"type": "string"},
+                    "example": "maker,model,type,fingers,stroke_mm,stroke_basis,grip_force_N,force_basis\n"
+                    "Acme,C-10,centric,3,5,per-jaw,40,per jaw\n",
+                }
+            },
+        }
+    }
+)
+
+
+class ImportedActuator(BaseModel):
+    """An actuator of the file, its figures as totals, and what the import does with it."""
+
+    maker: str
+    model: str
+    gripper_type: str
+    stroke: float = Field(description="mm, total change of the opening width")
+    grip_force: float | None = Field(description="N, the sum over the jaws")
+    confidence: str
+    note: str
+    outcome: Literal["added", "replaced", "unchanged"]
+
+
+class ActuatorImport(BaseModel):
+    """What an import does."""
+
+    dry_run: bool
+    items: list[ImportedActuator]
+    errors: list[ProblemError] = Field(description="rows that cannot be read; only of a dry run, else the import is refused")
+
+    @classmethod
+    def of(cls, done: CatalogueImport, *, dry_run: bool) -> "ActuatorImport":
+        """The view of an import."""
+        items = [
+            ImportedActuator(
+                maker=actuator.maker,
+                model=actuator.model,
+                gripper_type=actuator.gripper_type,
+                stroke=actuator.stroke_mm,
+                grip_force=actuator.grip_force_N,
+                confidence=actuator.confidence,
+                note=actuator.note,
+                outcome=outcome,
+            )
+            for actuator, outcome in done.actuators
+        ]
+        errors = [ProblemError(pointer=fault.pointer, message=fault.message) for fault in done.faults]
+        return cls(dry_run=dry_run, items=items, errors=errors)
