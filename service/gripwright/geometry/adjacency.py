@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
 from gripwright.geometry.measures import face_normals
@@ -66,11 +65,7 @@ def exterior_angles_rad(mesh: Mesh, adjacency: Adjacency, normals: FloatArray | 
     `normals` (m, 3), of whatever length, if known.
     """
     normals = face_normals(mesh) if normals is None else normals
-    left, right = normals[adjacency.pairs[:, 0]], normals[adjacency.pairs[:, 1]]  # (e, 3)
-    along = mesh.vertices_mm[adjacency.edges[:, 1]] - mesh.vertices_mm[adjacency.edges[:, 0]]  # (e, 3)
-    length = np.linalg.norm(along, axis=1)
-    sine = np.einsum("ij,ij->i", np.cross(left, right), along / np.where(length > 0, length, 1.0)[:, None])
-    return np.asarray(np.arctan2(sine, np.einsum("ij,ij->i", left, right)))
+    return np.asarray(_exterior_angles(mesh.vertices_mm, adjacency.edges, adjacency.pairs, normals))
 
 
 def edge_lengths_mm(mesh: Mesh, adjacency: Adjacency) -> FloatArray:
@@ -81,18 +76,12 @@ def edge_lengths_mm(mesh: Mesh, adjacency: Adjacency) -> FloatArray:
 
 def connected_labels(pairs: IntArray, count: int) -> IntArray:
     """Number of the connected component of each of `count` items linked by `pairs`, (count,), from 0."""
-    links = coo_array((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
+    return np.asarray(_component_labels(pairs, count))
 
 
 def _half_edges_by_edge(mesh: Mesh) -> tuple[IntArray, IntArray, IntArray, IntArray]:
     """Half-edges (3m, 2), their order by undirected edge, and start and count of each edge in that order."""
-    a, b, c = mesh.faces.T
-    halves = np.stack((np.concatenate((a, b, c)), np.concatenate((b, c, a))), axis=1)  # (3m, 2)
-    key = halves.min(axis=1) * len(mesh.vertices_mm) + halves.max(axis=1)
-    order = np.argsort(key, kind="stable")
-    start = np.flatnonzero(np.diff(key[order], prepend=-1))
-    return halves, order, start, np.diff(start, append=len(key))
+    return _sorted_half_edges(np.ascontiguousarray(mesh.faces), len(mesh.vertices_mm))  # type: ignore[no-any-return]
 
 
 def _wedge_pairs(mesh: Mesh, halves: IntArray, edges: list[IntArray]) -> IntArray:
@@ -120,3 +109,73 @@ def _pair_around(group: IntArray, forward: BoolArray) -> list[tuple[int, int]]:
         if not forward[i] and forward[j]:
             pairs.append((int(group[j]), int(group[i])))
     return pairs
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _sorted_half_edges(faces: IntArray, vertices: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Two counting sorts, by the higher end and then, stably, by the lower one; both linear in the number of faces."""
+    m = len(faces)
+    halves = np.empty((3 * m, 2), dtype=np.int64)
+    places = np.zeros((2, vertices + 1), dtype=np.int64)  # of the next half-edge with that lower and that higher end
+    for h in range(3 * m):
+        a, b = faces[h % m, h // m], faces[h % m, (h // m + 1) % 3]
+        halves[h, 0], halves[h, 1] = a, b
+        places[0, min(a, b) + 1] += 1
+        places[1, max(a, b) + 1] += 1
+    places[0], places[1] = np.cumsum(places[0]), np.cumsum(places[1])
+    by_higher, order = np.empty(3 * m, dtype=np.int64), np.empty(3 * m, dtype=np.int64)
+    for h in range(3 * m):
+        v = max(halves[h, 0], halves[h, 1])
+        by_higher[places[1, v]] = h
+        places[1, v] += 1
+    for h in by_higher:
+        v = min(halves[h, 0], halves[h, 1])
+        order[places[0, v]] = h
+        places[0, v] += 1
+    start, edges = np.empty(3 * m, dtype=np.int64), 0
+    for i in range(3 * m):
+        a, b = halves[order[i], 0], halves[order[i], 1]
+        c, d = halves[order[i - 1], 0], halves[order[i - 1], 1]
+        if i == 0 or min(a, b) != min(c, d) or max(a, b) != max(c, d):
+            start[edges] = i
+            edges += 1
+    start = start[:edges].copy()
+    return halves, order, start, np.diff(np.append(start, 3 * m))
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _component_labels(pairs: IntArray, count: int) -> IntArray:
+    """Connected components by union-find; the root of a tree is its first item, so that labels follow first appearance."""
+    root = np.arange(count)
+    for i in range(len(pairs)):
+        a, b = pairs[i, 0], pairs[i, 1]
+        while root[a] != a:
+            root[a] = root[root[a]]
+            a = root[a]
+        while root[b] != b:
+            root[b] = root[root[b]]
+            b = root[b]
+        root[max(a, b)] = min(a, b)
+    labels = np.empty(count, dtype=np.int64)
+    found = 0
+    for i in range(count):
+        if root[i] == i:
+            labels[i] = found
+            found += 1
+        else:
+            labels[i] = labels[root[i]]
+    return labels
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _exterior_angles(vertices: FloatArray, edges: IntArray, pairs: IntArray, normals: FloatArray) -> FloatArray:
+    result = np.empty(len(pairs))
+    for i in range(len(pairs)):
+        n, o = normals[pairs[i, 0]], normals[pairs[i, 1]]
+        p, q = vertices[edges[i, 0]], vertices[edges[i, 1]]
+        x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+        length = np.sqrt(x * x + y * y + z * z)
+        triple = x * (n[1] * o[2] - n[2] * o[1]) + y * (n[2] * o[0] - n[0] * o[2]) + z * (n[0] * o[1] - n[1] * o[0])
+        sine = triple / length if length > 0.0 else 0.0
+        result[i] = np.arctan2(sine, n[0] * o[0] + n[1] * o[1] + n[2] * o[2])
+    return result

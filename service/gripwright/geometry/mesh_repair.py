@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
+import numpy.typing as npt
 
 from gripwright.domain.errors import InvalidGeometry
 from gripwright.domain.shape import IntArray, Mesh
@@ -16,6 +18,8 @@ OPEN_EDGES_MAX = 0.5
 """Largest fraction of edges that may have one face only."""
 OPEN_AREA_MAX = 0.2
 """Largest sum of the area vectors (zero for a closed surface) as a fraction of the area."""
+HASH_FACTORS = (np.uint64(0x9E3779B97F4A7C15), np.uint64(0xC2B2AE3D27D4EB4F), np.uint64(0x165667B19E3779F9))
+"""Odd numbers whose bits look random: the upper bits of a product depend on all bits of the other factor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,37 +94,52 @@ def _require_solid(mesh: Mesh, open_edges: int) -> None:
 
 def _merge_vertices(mesh: Mesh) -> Mesh:
     """Vertices of exactly equal coordinates become one, in order of first appearance."""
-    points = mesh.vertices_mm + 0.0  # −0 becomes 0
-    words = np.ascontiguousarray(points).view(np.uint64).reshape(-1, 3)  # (n, 3)
-    mixed = (words * np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)).copy()
-    mixed ^= mixed >> np.uint64(29)
-    code = mixed[:, 0] ^ (mixed[:, 1] << np.uint64(1)) ^ (mixed[:, 2] << np.uint64(2))  # (n,)
-    _, first, inverse = np.unique(code, return_index=True, return_inverse=True)
-    if not np.array_equal(points[first[inverse]], points):  # two different points share a code
-        _, first, inverse = np.unique(points, axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(first, kind="stable")
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return Mesh(vertices_mm=points[first[order]], faces=rank[inverse.ravel()][mesh.faces].astype(np.int64))
+    points = np.ascontiguousarray(mesh.vertices_mm) + 0.0  # −0 becomes 0
+    first, number = _equal_rows(points.view(np.uint64))
+    return Mesh(vertices_mm=points[first], faces=number[mesh.faces])
 
 
 def _distinct_faces(faces: IntArray) -> IntArray:
     """Faces with three different vertices, ascending; of faces with the same vertices one, none if they cancel out."""
     a, b, c = faces.T
     proper = np.flatnonzero((a != b) & (b != c) & (c != a))
-    corners = np.sort(faces[proper], axis=1)
-    count = int(faces.max()) + 1
-    turn = ((a < b).astype(np.int64) + (b < c) + (c < a))[proper] * 2 - 3  # +1: an even permutation of the sorted corners
-    if count < 2_000_000:  # count³ fits into 63 bits
-        _, first, group = np.unique((corners[:, 0] * count + corners[:, 1]) * count + corners[:, 2], True, True)
-    else:
-        _, first, group = np.unique(corners, True, True, axis=0)
+    low, high = np.minimum(np.minimum(a, b), c)[proper], np.maximum(np.maximum(a, b), c)[proper]
+    corners = np.stack((low, (a + b + c)[proper] - low - high, high), axis=1)
+    first, group = _equal_rows(corners.view(np.uint64))
     if len(first) == len(proper):
         return proper
-    net = np.bincount(group.ravel(), weights=turn, minlength=len(first)).astype(np.int64)  # winding of each set of corners
-    wanted = np.flatnonzero(np.sign(net)[group.ravel()] == turn)
-    _, chosen = np.unique(group.ravel()[wanted], return_index=True)
+    turn = ((a < b).astype(np.int64) + (b < c) + (c < a))[proper] * 2 - 3  # +1: an even permutation of the sorted corners
+    net = np.bincount(group, weights=turn, minlength=len(first)).astype(np.int64)  # winding of each set of corners
+    wanted = np.flatnonzero(np.sign(net)[group] == turn)
+    _, chosen = np.unique(group[wanted], return_index=True)
     return np.sort(proper[wanted[chosen]])
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _equal_rows(rows: npt.NDArray[np.uint64]) -> tuple[IntArray, IntArray]:
+    """The first of each set of equal rows (k, 3), ascending, and the number of each row's set, (k,): a hash table."""
+    size = 1
+    while size < 2 * len(rows):
+        size *= 2
+    table = np.full(size, -1, dtype=np.int64)  # number of the set found at a place
+    first, number = np.empty(len(rows), dtype=np.int64), np.empty(len(rows), dtype=np.int64)
+    found = 0
+    for i in range(len(rows)):
+        x, y, z = rows[i, 0], rows[i, 1], rows[i, 2]
+        code = x * HASH_FACTORS[0] ^ y * HASH_FACTORS[1] ^ z * HASH_FACTORS[2]
+        code = (code ^ (code >> np.uint64(32))) * HASH_FACTORS[0]
+        place = np.int64((code ^ (code >> np.uint64(29))) & np.uint64(size - 1))
+        while table[place] >= 0:
+            other = first[table[place]]
+            if rows[other, 0] == x and rows[other, 1] == y and rows[other, 2] == z:
+                break
+            place = (place + 1) & (size - 1)
+        if table[place] < 0:
+            table[place] = found
+            first[found] = i
+            found += 1
+        number[i] = table[place]
+    return first[:found].copy(), number
 
 
 def _used_vertices(mesh: Mesh, faces: IntArray) -> Mesh:

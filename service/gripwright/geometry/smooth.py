@@ -9,8 +9,6 @@ NEIGHBOURS_MAX = 96
 """Faces that one face's window may hold: bounds the time on meshes far finer than the window."""
 PARTS = 64
 """Pieces of the work that the threads share."""
-PARTS = 64
-"""Pieces of work for the threads."""
 
 
 def bilateral(values: FloatArray, centres_mm: FloatArray, areas_mm2: FloatArray, pairs: IntArray, radius_mm: float) -> FloatArray:
