@@ -24,7 +24,9 @@ ENCLOSED = 0.7
 HOLLOW = 0.5
 """… they turn inwards by more than this times the root of their area (a closed bore by √(2πh/r)) …"""
 OUTWARD = 0.3
-"""… and outwards by no more than this part of it, as ribs and bosses would."""
+"""… outwards by no more than this part of it, as ribs and bosses would, …"""
+HOLLOW_AREA = 0.015
+"""… and have this fraction of the surface, more than a screw hole or the gap of two teeth."""
 
 LENGTH, INWARDS, OUTWARDS, CREASED = range(4)
 """Columns of a border: length, mm, how far it turns inwards and outwards, rad times mm, and the length of creases, mm."""
@@ -162,6 +164,7 @@ def _hollows(ends: IntArray, borders: FloatArray, crease: BoolArray, net: _Net) 
     hollow = (
         (np.linalg.norm(vectors, axis=1) < ENCLOSED * area) & (inwards > HOLLOW * np.sqrt(area)) & (outwards < OUTWARD * inwards)
     )
+    hollow &= area > HOLLOW_AREA * area.sum()
     return np.where(hollow[group], group, -1)
 
 
