@@ -9,8 +9,8 @@ from pydantic import Field
 from gripwright.domain.assembly import Component
 from gripwright.domain.shape import FloatArray, IntArray, Mesh, Segment
 from gripwright.geometry.measures import face_centres_mm
-from gripwright.geometry.shape_diameter import filled, shape_diameters_mm
-from gripwright.geometry.smooth import bilateral
+from gripwright.geometry.shape_diameter import coordinate_tangents, filled, principal_tangents, shape_diameters_mm
+from gripwright.geometry.smooth import bilateral, ring_bilateral
 from gripwright.plugin_api import Params, RunContext
 from gripwright_builtin.segmenters.energy import area_energy, published_energy
 from gripwright_builtin.segmenters.graph_cut import alpha_expansion, expansion_coarse_to_fine
@@ -44,8 +44,9 @@ class SdfSegmenter:
         )
         energy: Literal["area", "published"] = Field(
             "area",
-            description="area: independent of the tessellation, borders at creases; published: every face and edge counts "
-            "alike, as in CGAL, and connected labels are the segments.",
+            description="area: independent of the tessellation and the pose, borders at creases; published: rays from every "
+            "face, cones turned and values smoothed as in CGAL, every face and edge counts alike, and connected labels are the "
+            "segments.",
         )
         min_area: float = Field(
             0.005, ge=0.0, lt=1.0, description="Smaller segments, as a fraction of the surface, join a neighbour (energy area)."
@@ -86,9 +87,13 @@ class SdfSegmenter:
     def shape_diameters_mm(self, mesh: Mesh, surface: Surface, ctx: RunContext) -> FloatArray:
         """Thickness behind each face, (m,): mean ray length, gaps filled, smoothed without blurring steps."""
         with ctx.timed("segment.rays"):
-            chosen = None if self._params.energy == "published" else sampled_faces(mesh, self._params.samples)
-            raw = shape_diameters_mm(mesh, self._params.rays, np.radians(self._params.cone_angle), chosen)
+            published = self._params.energy == "published"
+            chosen = None if published else sampled_faces(mesh, self._params.samples)
+            tangents = coordinate_tangents if published else principal_tangents
+            raw = shape_diameters_mm(mesh, self._params.rays, np.radians(self._params.cone_angle), chosen, tangents)
         with ctx.timed("segment.smooth"):
+            if published:
+                return ring_bilateral(filled(raw, surface.pairs), surface.pairs)
             window = WINDOW * np.sqrt(surface.areas_mm2.sum())
             return bilateral(filled(raw, surface.pairs), face_centres_mm(mesh), surface.areas_mm2, surface.pairs, window)
 

@@ -79,6 +79,11 @@ def connected_labels(pairs: IntArray, count: int) -> IntArray:
     return np.asarray(_component_labels(pairs, count))
 
 
+def neighbour_lists(pairs: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    """Items paired with item f are `neighbour[start[f] : start[f + 1]]`."""
+    return _neighbour_lists(pairs, count)  # type: ignore[no-any-return]
+
+
 def _half_edges_by_edge(mesh: Mesh) -> tuple[IntArray, IntArray, IntArray, IntArray]:
     """Half-edges (3m, 2), their order by undirected edge, and start and count of each edge in that order."""
     return _sorted_half_edges(np.ascontiguousarray(mesh.faces), len(mesh.vertices_mm))  # type: ignore[no-any-return]
@@ -128,9 +133,9 @@ def _sorted_half_edges(faces: IntArray, vertices: int) -> tuple[IntArray, IntArr
         v = max(halves[h, 0], halves[h, 1])
         by_higher[places[1, v]] = h
         places[1, v] += 1
-    for h in by_higher:
-        v = min(halves[h, 0], halves[h, 1])
-        order[places[0, v]] = h
+    for half in by_higher:
+        v = min(halves[half, 0], halves[half, 1])
+        order[places[0, v]] = half
         places[0, v] += 1
     start, edges = np.empty(3 * m, dtype=np.int64), 0
     for i in range(3 * m):
@@ -141,6 +146,22 @@ def _sorted_half_edges(faces: IntArray, vertices: int) -> tuple[IntArray, IntArr
             edges += 1
     start = start[:edges].copy()
     return halves, order, start, np.diff(np.append(start, 3 * m))
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _neighbour_lists(pairs: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    start = np.zeros(count + 1, dtype=np.int64)
+    for i in range(len(pairs)):
+        start[pairs[i, 0] + 1] += 1
+        start[pairs[i, 1] + 1] += 1
+    start = np.cumsum(start)
+    place, neighbour = start[:-1].copy(), np.empty(2 * len(pairs), dtype=np.int64)
+    for end in range(2):
+        for i in range(len(pairs)):
+            item = pairs[i, end]
+            neighbour[place[item]] = pairs[i, 1 - end]
+            place[item] += 1
+    return start, neighbour
 
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

@@ -1,8 +1,12 @@
 """Shape diameter function (Shapira, Shamir and Cohen-Or, 2008): how thick a solid is behind each face of its surface."""
 
+from collections.abc import Callable
+
+import numba
 import numpy as np
 
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
+from gripwright.geometry.adjacency import neighbour_lists
 from gripwright.geometry.measures import diagonal_mm, face_areas_mm2, face_centres_mm, face_normals
 from gripwright.geometry.rays import FloatArray32, RayScene, chunks, morton_order, thread_pool
 
@@ -14,12 +18,50 @@ FACES_A_CHUNK = 4096
 ACROSS = 0.9
 """Cosine between a normal and an axis from which the axis says too little about the tangent plane."""
 
+Tangents = Callable[[Mesh, FloatArray], tuple[FloatArray, FloatArray]]
+"""Two unit tangents, (k, 3) each, to turn the cone by: of a mesh at places with outward unit normals (k, 3)."""
 
-def shape_diameters_mm(mesh: Mesh, rays: int, cone_angle_rad: float, faces: IntArray | None = None) -> FloatArray:
+
+def principal_tangents(mesh: Mesh, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Tangents that turn with the mesh and change little from face to face.
+
+    The first lies along the mesh's longest principal axis, where the surface is nearly across it along the second.
+    """
+    areas, centres = face_areas_mm2(mesh), face_centres_mm(mesh)
+    about = (centres - (areas[:, None] * centres).sum(axis=0) / areas.sum()).T  # (3, m)
+    _, axes = np.linalg.eigh([[(areas * x * y).sum() for x in about] for y in about])
+    chosen = np.where(np.abs(normals @ axes[:, 2:]) < ACROSS, axes[:, 2], axes[:, 1])  # (k, 3)
+    along = chosen - np.einsum("ij,ij->i", chosen, normals)[:, None] * normals
+    first = along / np.linalg.norm(along, axis=1, keepdims=True)
+    return first, np.cross(normals, first)
+
+
+def coordinate_tangents(mesh: Mesh, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """CGAL's tangents, which depend on how the mesh lies: the first is square to the coordinate axis most across the normal."""
+    del mesh
+    inward = -normals
+    order = np.argsort(np.abs(inward), axis=1, kind="stable")  # (k, 3)
+    rows, middle, last = np.arange(len(inward)), order[:, 1:].min(axis=1), order[:, 1:].max(axis=1)
+    first = np.zeros_like(inward)
+    first[rows, middle], first[rows, last] = -inward[rows, last], inward[rows, middle]
+    for axis in (2, 1, 0):  # a normal square to coordinate axes: the first of them
+        first[inward[:, axis] == 0.0] = np.eye(3)[axis]
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return first, np.cross(inward, first)
+
+
+def shape_diameters_mm(
+    mesh: Mesh,
+    rays: int,
+    cone_angle_rad: float,
+    faces: IntArray | None = None,
+    tangents: Tangents = principal_tangents,
+) -> FloatArray:
     """Mean length of the rays into a cone about the inward normal at each face's centre, outliers left out, (m,).
 
     Rays count when they hit a face from inside. NaN where none does, for faces without area and for those not among
-    `faces`. `cone_angle_rad` is the full angle of the cone, less than π.
+    `faces`. `cone_angle_rad` is the full angle of the cone, less than π. Few rays see different things when the cone is
+    turned about the normal: `tangents` says how it lies.
     """
     scene = RayScene(mesh.vertices_mm, mesh.faces)
     normals = face_normals(mesh)
@@ -27,7 +69,7 @@ def shape_diameters_mm(mesh: Mesh, rays: int, cone_angle_rad: float, faces: IntA
     centres = face_centres_mm(mesh)[chosen]
     order = morton_order(centres)
     chosen, centres, normals = chosen[order], centres[order], normals[chosen[order]]
-    axes = np.stack((*_tangents(mesh, normals), -normals), axis=1).astype(np.float32)  # (k, 3, 3)
+    axes = np.stack((*tangents(mesh, normals), -normals), axis=1).astype(np.float32)  # (k, 3, 3)
     origins = scene.centred(centres - normals * ORIGIN_OFFSET * diagonal_mm(mesh))
     pattern = cone_directions(rays, cone_angle_rad).astype(np.float32)
     values = np.full(len(mesh.faces), np.nan)
@@ -55,30 +97,7 @@ def cone_directions(rays: int, cone_angle_rad: float) -> FloatArray:
 
 def filled(values: FloatArray, pairs: IntArray) -> FloatArray:
     """Values with each NaN replaced by the mean of its neighbours that have one, from near to far; 0 where none is near."""
-    result = values.copy()
-    left, right = np.concatenate((pairs, pairs[:, ::-1])).T
-    while np.isnan(result).any():
-        useful = np.isnan(result[left]) & ~np.isnan(result[right])
-        if not useful.any():
-            break
-        total = np.bincount(left[useful], weights=result[right[useful]], minlength=len(result))
-        count = np.bincount(left[useful], minlength=len(result))
-        result = np.where(count > 0, total / np.maximum(count, 1), result)
-    return np.nan_to_num(result, nan=0.0)
-
-
-def _tangents(mesh: Mesh, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two unit tangents at each of the normals, (k, 3) each, that turn with the mesh and change little from face to face.
-
-    The first lies along the mesh's longest principal axis, where the surface is nearly across it along the second.
-    """
-    areas, centres = face_areas_mm2(mesh), face_centres_mm(mesh)
-    about = centres - np.average(centres, axis=0, weights=areas)
-    _, axes = np.linalg.eigh((about * areas[:, None]).T @ about)
-    chosen = np.where(np.abs(normals @ axes[:, 2:]) < ACROSS, axes[:, 2], axes[:, 1])  # (k, 3)
-    along = chosen - np.einsum("ij,ij->i", chosen, normals)[:, None] * normals
-    first = along / np.linalg.norm(along, axis=1, keepdims=True)
-    return first, np.cross(normals, first)
+    return np.asarray(_filled(values, *neighbour_lists(pairs, len(values))))
 
 
 def _trace(scene: RayScene, origins: FloatArray32, directions: FloatArray32) -> FloatArray:
@@ -107,3 +126,26 @@ def _row_medians(values: FloatArray32, count: IntArray) -> FloatArray32:
     rows = np.arange(len(values))
     low, high = np.maximum(count - 1, 0) // 2, np.maximum(count, 1) // 2
     return np.asarray((ordered[rows, low] + ordered[rows, np.minimum(high, values.shape[1] - 1)]) / 2)
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _filled(values: FloatArray, start: IntArray, neighbour: IntArray) -> FloatArray:
+    result = values.copy()
+    missing = np.flatnonzero(np.isnan(result))
+    while len(missing):
+        means = np.full(len(missing), np.nan)
+        for i in range(len(missing)):
+            total, count = 0.0, 0
+            for k in range(start[missing[i]], start[missing[i] + 1]):
+                if not np.isnan(result[neighbour[k]]):
+                    total += result[neighbour[k]]
+                    count += 1
+            if count:
+                means[i] = total / count
+        result[missing] = means
+        left = np.isnan(means)
+        if left.all():
+            result[missing] = 0.0
+            break
+        missing = missing[left]
+    return result
