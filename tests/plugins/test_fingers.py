@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.STEPControl import STEPControl_Reader
+from scipy.spatial import ConvexHull
 
 from gripwright.cad.export import step_bytes
 from gripwright.domain.errors import Rejection
@@ -16,8 +17,10 @@ from gripwright.geometry import brep
 from gripwright.geometry.measures import face_areas_mm2, face_normals, volume_mm3
 from gripwright.plugin_api import RunContext
 from gripwright_builtin.fingers.outline import clip, convex_hull, inset_mm, rectangle, sector, width_mm
-from gripwright_builtin.fingers.stiffness import bend
+from gripwright_builtin.fingers.stem import SliceStem
+from gripwright_builtin.fingers.stiffness import bend, polygon_section, rectangle_section
 from gripwright_builtin.fingers.straight import StraightFinger, StraightFingerParams
+from gripwright_builtin.hands.centric import CentricHand, CentricSettings
 
 
 def make_spec(fingers: int = 3, *, opening_mm: float = 60.5, length_mm: float = 30.0, **changes) -> FingerSpec:
@@ -85,6 +88,10 @@ def test_every_possible_finger_is_one_valid_solid_whose_mesh_has_its_volume(spec
     assert volume_mm3(finger.mesh) == pytest.approx(finger.volume_mm3, rel=5e-3)
 
 
+def is_round(spec: FingerSpec) -> bool:
+    return spec.grip == INTERNAL and spec.gripper_type == CENTRIC_3
+
+
 @settings(max_examples=20, deadline=None)
 @given(specs())
 def test_the_stem_is_the_hand_models_box_and_the_base_stays_in_its_room(spec: FingerSpec) -> None:
@@ -93,22 +100,54 @@ def test_the_stem_is_the_hand_models_box_and_the_base_stays_in_its_room(spec: Fi
 
     stem = vertices[vertices[:, 2] > -spec.finger_length_mm + 1e-6]
     x_range = [0.0, 8.0] if spec.grip == EXTERNAL else [-8.0, 0.0]
+    half = 5.0
+    if is_round(spec):
+        x_range, half = [-3.6, 0.0], 4.0 * np.sin(np.pi / 3.0)
     assert [stem[:, 0].min(), stem[:, 0].max()] == pytest.approx(x_range, abs=1e-6)
-    assert [stem[:, 1].min(), stem[:, 1].max()] == pytest.approx([-5.0, 5.0], abs=1e-6)
+    assert [stem[:, 1].min(), stem[:, 1].max()] == pytest.approx([-half, half], abs=1e-6)
     assert solid[1, 2] == pytest.approx(0.0, abs=1e-6)
     assert np.hypot(vertices[:, 0] + spec.opening_max_mm / 2.0, vertices[:, 1]).max() <= spec.envelope_mm + 1e-6
     for side in sector(spec.fingers, spec.opening_min_mm, 0.0):
         assert side.depth_mm(vertices[:, :2]).min() >= -1e-6
 
 
-@pytest.mark.parametrize(("grip", "facing"), [(EXTERNAL, -1.0), (INTERNAL, 1.0)])
-@pytest.mark.parametrize("fingers", [2, 3])
+@pytest.mark.parametrize(("fingers", "grip", "facing"), [(2, EXTERNAL, -1.0), (3, EXTERNAL, -1.0), (2, INTERNAL, 1.0)])
 def test_the_gripping_surface_is_whole_at_x_zero_and_faces_the_component(fingers: int, grip: str, facing: float) -> None:
     mesh = designed(make_spec(fingers, grip=grip)).mesh
 
     on_plane = (np.abs(mesh.triangles_mm[:, :, 0]).max(axis=1) < 1e-9) & (mesh.triangles_mm[:, :, 2].min(axis=1) > -30.001)
     assert face_areas_mm2(mesh)[on_plane].sum() == pytest.approx(10.0 * 30.0, rel=1e-6)
     assert np.allclose(face_normals(mesh)[on_plane], [facing, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(("radius", "thickness"), [(2.0, 1.5), (4.0, 3.6), (9.0, 4.0), (15.0, 14.9)])
+def test_a_finger_for_bores_lies_within_its_hand_and_its_nose_is_a_cylinder_that_touches_x_zero(
+    radius: float, thickness: float
+) -> None:
+    spec = make_spec(grip=INTERNAL, jaw_offset_mm=-22.0, envelope_mm=90.0, grip_force_N=5.0)
+    hand = CentricHand(CentricSettings(nose_radius_mm=radius, nose_thickness_mm=thickness))
+    (prism,) = hand.finger(spec.finger_length_mm, INTERNAL)
+    walls = ConvexHull(prism.vertices_mm[:, :2]).equations
+
+    vertices = designed(spec, nose_radius=radius, nose_thickness=thickness).mesh.vertices_mm
+    stem = vertices[vertices[:, 2] > -spec.finger_length_mm + 1e-6]
+
+    assert (stem[:, :2] @ walls[:, :2].T + walls[:, 2]).max() <= 1e-9
+    assert stem[:, 0].max() == pytest.approx(0.0, abs=radius * (1.0 - np.cos(np.radians(1.5))))
+    nose = stem[(stem[:, 0] > -0.49 * radius) & (np.abs(stem[:, 2]) < 1e-9)]
+    assert np.hypot(nose[:, 0] + radius, nose[:, 1]) == pytest.approx(np.full(len(nose), radius))
+    assert np.diff(np.sort(np.arctan2(nose[:, 1], nose[:, 0] + radius))).max() < np.radians(3.01)
+
+
+@pytest.mark.parametrize(("opening_mm", "room"), [(8.0, True), (7.99, False)])
+def test_three_fingers_for_bores_close_to_the_cylinder_that_they_are_slices_of(opening_mm: float, room: bool) -> None:
+    hand = CentricHand(CentricSettings())
+    answer = design(make_spec(grip=INTERNAL, opening_mm=opening_mm + 8.0, jaw_offset_mm=-14.0, envelope_mm=60.0))
+
+    assert hand.opening_floor_mm(INTERNAL) == 8.0
+    assert isinstance(answer, FingerDesign) is room
+    if isinstance(answer, Rejection):
+        assert answer.code == "fingers-meet"
 
 
 def read_step(step: bytes, folder: Path) -> brep.Shape:
@@ -219,15 +258,25 @@ def test_the_same_spec_gives_the_same_finger_byte_for_byte() -> None:
 
 
 def test_a_stem_on_a_rigid_base_bends_as_a_cantilever() -> None:
-    bending = bend(20.0, 1650.0, (30.0, 8.0, 10.0), np.array([0.0, 0.0]), np.array([20.0, 20.0]), 10.0)
+    bending = bend(20.0, 1650.0, 30.0, rectangle_section(8.0, 10.0), np.array([0.0, 0.0]), np.array([20.0, 20.0]), 10.0)
 
     assert bending.deflection_mm == pytest.approx(20.0 * 30.0**3 / (3.0 * 1650.0 * 10.0 * 8.0**3 / 12.0))
     assert bending.stress_MPa == pytest.approx(20.0 * 30.0 * 6.0 / (10.0 * 8.0**2))
 
 
+def test_a_polygon_bends_as_its_rectangle_and_a_slice_as_the_closed_form_says() -> None:
+    square, flat = polygon_section(rectangle(-3.0, 5.0, 10.0)), rectangle_section(8.0, 10.0)
+    slice_ = SliceStem(nose_radius_mm=4.0, thickness_mm=3.9999).section
+
+    alpha, centre = np.pi / 3.0, 2.0 * 4.0 * np.sin(np.pi / 3.0) / np.pi  # of a sector of 120°, from its corner
+    inertia = 4.0**4 / 4.0 * (alpha + np.sin(alpha) * np.cos(alpha)) - alpha * 4.0**2 * centre**2
+    assert (square.inertia_mm4, square.fibre_mm) == pytest.approx((flat.inertia_mm4, flat.fibre_mm))
+    assert (slice_.inertia_mm4, slice_.fibre_mm) == pytest.approx((inertia, centre), rel=2e-3)
+
+
 def test_an_arm_of_constant_width_adds_its_turn_times_the_lever() -> None:
-    stem = bend(20.0, 1650.0, (30.0, 8.0, 10.0), np.array([0.0, 0.0]), np.array([20.0, 20.0]), 10.0)
-    arm = bend(20.0, 1650.0, (30.0, 8.0, 10.0), np.linspace(0.0, 40.0, 9), np.full(9, 20.0), 10.0)
+    stem = bend(20.0, 1650.0, 30.0, rectangle_section(8.0, 10.0), np.array([0.0, 0.0]), np.array([20.0, 20.0]), 10.0)
+    arm = bend(20.0, 1650.0, 30.0, rectangle_section(8.0, 10.0), np.linspace(0.0, 40.0, 9), np.full(9, 20.0), 10.0)
 
     turn = 20.0 * 35.0 * 40.0 / (1650.0 * 20.0 * 10.0**3 / 12.0)
     assert arm.deflection_mm - stem.deflection_mm == pytest.approx(turn * 35.0)

@@ -11,14 +11,14 @@ from gripwright.domain.shape import Box, Cylinder, FloatArray, Segment
 from gripwright.geometry.frames import is_rigid
 from gripwright.geometry.measures import face_normals
 from gripwright.plugin_api import HandModel, RunContext
-from gripwright_builtin.hands.centric import CentricHand
+from gripwright_builtin.hands.centric import CentricHand, CentricSettings
 from gripwright_builtin.hands.parallel import ParallelHand
 from gripwright_builtin.hands.prism import HandSettings
 from gripwright_builtin.planners.axial import AxialPlanner, AxialSettings
 from gripwright_builtin.planners.facet_pairs import FacetPairPlanner, FacetPairSettings
 from mesh_factory import box_mesh, component_of, moved, turned_mesh
 
-HANDS = [CentricHand(HandSettings()), ParallelHand(HandSettings())]
+HANDS = [CentricHand(CentricSettings()), ParallelHand(HandSettings())]
 
 
 def turned_pose(seed: int) -> FloatArray:
@@ -96,7 +96,7 @@ def test_axial_grasps_hold_a_cylinder_from_both_ends_in_any_pose(seed: int) -> N
         grip_axes_C=np.zeros((0, 3)),
         primitive=cylinder,
     )
-    hand = CentricHand(HandSettings())
+    hand = CentricHand(CentricSettings())
 
     grasps = AxialPlanner(AxialSettings()).plan(component, whole(component), need, hand, RunContext())
 

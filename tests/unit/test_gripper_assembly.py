@@ -17,7 +17,7 @@ from gripwright.geometry import brep
 from gripwright.geometry.measures import volume_mm3
 from gripwright.plugin_api import HandModel, RunContext
 from gripwright_builtin.fingers.straight import StraightFinger, StraightFingerParams
-from gripwright_builtin.hands.centric import CentricHand
+from gripwright_builtin.hands.centric import CentricHand, CentricSettings
 from gripwright_builtin.hands.parallel import ParallelHand
 from gripwright_builtin.hands.prism import HandSettings
 
@@ -25,7 +25,7 @@ BODY_LENGTH_MM = 55.0
 
 
 def make_hand(fingers: int) -> HandModel:
-    return {2: ParallelHand, 3: CentricHand}[fingers](HandSettings())
+    return ParallelHand(HandSettings()) if fingers == 2 else CentricHand(CentricSettings())
 
 
 def make_gripper(

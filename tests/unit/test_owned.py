@@ -26,8 +26,7 @@ from gripwright.geometry import brep
 from gripwright.plugin_api import RunContext
 from gripwright.registry.building import build_toolbox
 from gripwright.registry.discovery import load_registry
-from gripwright_builtin.hands.centric import CentricHand
-from gripwright_builtin.hands.prism import HandSettings
+from gripwright_builtin.hands.centric import CentricHand, CentricSettings
 from gripwright_builtin.optimizers.set_cover import SetCoverOptimizer, SetCoverParams
 
 PAPER_WIDTHS = Path(__file__).resolve().parents[3] / "shared" / "data" / "paper-widths.json"
@@ -180,7 +179,7 @@ def test_three_of_the_papers_four_grippers_at_hand_leave_one_to_make() -> None:
 
 
 def test_an_owned_gripper_has_its_own_figures_and_those_of_its_actuator() -> None:
-    hands: Any = {CENTRIC_3: CentricHand(HandSettings())}
+    hands: Any = {CENTRIC_3: CentricHand(CentricSettings())}
     plan = plan_of({"owned": [make_owned(actuator="M/a"), make_owned(name="plain", palm_radius=33.0)]})
 
     named, plain = owned_grippers(plan.owned, [make_actuator()], hands)

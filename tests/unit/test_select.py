@@ -20,7 +20,7 @@ from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, PARALLEL_2, FreeGrasp, 
 from gripwright.domain.gripper import Actuator
 from gripwright.plugin_api import RunContext
 from gripwright.store.seed import seed_actuators
-from gripwright_builtin.hands.centric import CentricHand
+from gripwright_builtin.hands.centric import CentricHand, CentricSettings
 from gripwright_builtin.hands.parallel import ParallelHand
 from gripwright_builtin.hands.prism import HandSettings
 from gripwright_builtin.optimizers.set_cover import SetCoverOptimizer, SetCoverParams
@@ -78,7 +78,7 @@ def make_actuator(model: str, **figures: Any) -> Actuator:
 
 
 def run(verdicts: Sequence[OperationVerdict], actuators: Sequence[Actuator], **options: Any) -> Selection:
-    hands = {CENTRIC_3: CentricHand(HandSettings()), PARALLEL_2: ParallelHand(HandSettings())}
+    hands = {CENTRIC_3: CentricHand(CentricSettings()), PARALLEL_2: ParallelHand(HandSettings())}
     toolbox: Any = SimpleNamespace(optimizer=SetCoverOptimizer(SetCoverParams()), hands=hands)
     task = make_task([verdict.operation for verdict in verdicts])
     return select(task, verdicts, actuators, SelectOptions(**options), toolbox, RunContext())

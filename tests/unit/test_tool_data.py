@@ -12,13 +12,13 @@ from gripwright.geometry import brep
 from gripwright.plugin_api import HandModel, RunContext
 from gripwright.report.tool_data import gripper_urdf, solid_body, tool_json
 from gripwright_builtin.fingers.straight import StraightFinger, StraightFingerParams
-from gripwright_builtin.hands.centric import CentricHand
+from gripwright_builtin.hands.centric import CentricHand, CentricSettings
 from gripwright_builtin.hands.parallel import ParallelHand
 from gripwright_builtin.hands.prism import HandSettings
 
 
 def make_tool(fingers: int, mass_kg: float | None = 0.5) -> tuple[Gripper, GripperCad, HandModel]:
-    hand: HandModel = ParallelHand(HandSettings()) if fingers == 2 else CentricHand(HandSettings())
+    hand: HandModel = ParallelHand(HandSettings()) if fingers == 2 else CentricHand(CentricSettings())
     actuator = Actuator(
         maker="M & N",
         model='"1"',

@@ -1,10 +1,10 @@
-"""A straight finger: a rectangular stem with a flat gripping surface on a base that is bolted to the jaw."""
+"""A straight finger: a stem with a flat gripping surface, or a round one for bores, on a base that is bolted to the jaw."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import CENTRIC_3, INTERNAL, PARALLEL_2
@@ -15,9 +15,11 @@ from gripwright.plugin_api import Params, RunContext
 from gripwright_builtin.fingers.materials import BY_KEY, Material
 from gripwright_builtin.fingers.outline import clip, convex_hull, inset_mm, rectangle, sector, width_mm
 from gripwright_builtin.fingers.screws import BY_THREAD, ScrewHole
+from gripwright_builtin.fingers.stem import FlatStem, SliceStem, Stem
 from gripwright_builtin.fingers.stiffness import Bending, bend
 
 _TOLERANCE_MM = 1e-6
+_NOSE_STEP_RAD = float(np.radians(3.0))  # of the mesh of a rounded nose: its flats stay parallel to what it touches
 
 
 class StraightFingerParams(Params):
@@ -25,6 +27,10 @@ class StraightFingerParams(Params):
 
     thickness: float = Field(8.0, gt=0, le=50, description="mm, of the stem, along the grip direction")
     width: float = Field(10.0, gt=0, le=50, description="mm, of the stem, across the grip direction")
+    nose_radius: float = Field(
+        4.0, gt=0, le=50, description="mm, of the round gripping surface of a three-finger gripper for bores"
+    )
+    nose_thickness: float = Field(3.6, gt=0, le=50, description="mm, of a stem for bores, towards the gripper's axis")
     root_width: float = Field(16.0, gt=0, le=60, description="mm, of the base where the stem stands on it")
     base_thickness: float = Field(10.0, ge=4, le=40, description="mm, least thickness of the base")
     base_thickness_max: float = Field(20.0, ge=4, le=60, description="mm, a stiff arm may be as thick")
@@ -37,13 +43,19 @@ class StraightFingerParams(Params):
     deflection_max: float = Field(0.5, gt=0, le=10, description="mm, of the tip under the grip force")
     strength_safety: float = Field(2.0, ge=1, le=10, description="yield strength over the largest bending stress, at least")
 
+    @model_validator(mode="after")
+    def _within_the_slice(self) -> "StraightFingerParams":
+        if self.nose_thickness >= self.nose_radius:
+            raise ValueError(f"nose_thickness {self.nose_thickness:g} is not less than nose_radius {self.nose_radius:g}")
+        return self
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Plan:
     """The finger seen along z: outline of the base, stem and holes."""
 
     outline_mm: FloatArray  # (k, 2) convex, counter-clockwise
-    stem_x_mm: tuple[float, float]
+    stem: Stem
     holes_mm: FloatArray  # (2, 2)
     screw: ScrewHole
     trimmed: bool  # the envelope's cylinder cuts the outline
@@ -60,9 +72,10 @@ class _Build:
 
 
 class StraightFinger:
-    """Flat tip, stem and base in one piece, the same for every finger of the gripper.
+    """Tip, stem and base in one piece, the same for every finger of the gripper.
 
-    The stem is exactly the box of the hand model (less its outer chamfers), so what was found free of collision stays so.
+    The stem lies within the hand model's finger, so what was found free of collision stays so: a box (less its outer
+    chamfers), or for bores a slice of a cylinder, whose round side is the gripping surface.
     The base carries the jaw's bolt holes, its outline is the convex hull of jaw and stem, mitred so that no two bases meet
     when the gripper is closed, trimmed to the palm envelope when it is open, and as thick as the arm's moment asks for.
     """
@@ -90,7 +103,7 @@ class StraightFinger:
             return Rejection("finger-too-heavy", f"a finger of {build.material.name} has {mass:.3f} kg, at most {limit:.3f}")
         return FingerDesign(
             brep=brep.write_brep(shape),
-            mesh=brep.tessellate(shape),
+            mesh=brep.tessellate(shape, angle_rad=_NOSE_STEP_RAD) if isinstance(plan.stem, SliceStem) else brep.tessellate(shape),
             material=build.material.name,
             volume_mm3=measure.volume_mm3,
             mass_kg=mass,
@@ -103,10 +116,9 @@ class StraightFinger:
         if jaw.bolt_thread_mm not in BY_THREAD:
             return Rejection("unknown-screw", f"no hole is known for M{jaw.bolt_thread_mm:g}, only for {sorted(BY_THREAD)}")
         screw = BY_THREAD[jaw.bolt_thread_mm]
-        stem_x = (-p.thickness, 0.0) if spec.grip == INTERNAL else (0.0, p.thickness)
-        stem = rectangle(*stem_x, p.width)
+        stem = self._stem(spec)
         closed = sector(spec.fingers, spec.opening_min_mm, 0.0)
-        room = min(float(side.depth_mm(stem).min()) for side in closed)
+        room = min(float(side.depth_mm(stem.outline_mm).min()) for side in closed)
         if room < -_TOLERANCE_MM:
             return Rejection(
                 "fingers-meet", f"at the opening {spec.opening_min_mm:.2f} mm neighbouring stems overlap by {-2.0 * room:.2f} mm"
@@ -114,21 +126,21 @@ class StraightFinger:
         jaw_x, y = -spec.jaw_offset_mm, jaw.bolt_pitch_mm / 2.0
         rim = screw.head_bore_mm / 2.0 + p.wall_min
         pad = rectangle(jaw_x, jaw_x + max(jaw.depth_mm, jaw.bolt_setback_mm + rim), max(jaw.width_mm, 2.0 * (y + rim)))
-        root = rectangle(*stem_x, max(p.root_width, p.width))
+        root = rectangle(*_x_range(stem), max(p.root_width, float(np.ptp(stem.outline_mm[:, 1]))))
         outline = convex_hull(np.concatenate([pad, root]))
         for side in sector(spec.fingers, spec.opening_min_mm, min(p.base_gap, max(room, 0.0))):
             outline = clip(outline, side)
         holes = np.array([[jaw_x + jaw.bolt_setback_mm, -y], [jaw_x + jaw.bolt_setback_mm, y]])
-        return self._walled(spec, outline, stem_x, holes, screw)
+        return self._walled(spec, outline, stem, holes, screw)
 
     def _walled(
-        self, spec: FingerSpec, outline: FloatArray, stem_x: tuple[float, float], holes: FloatArray, screw: ScrewHole
+        self, spec: FingerSpec, outline: FloatArray, stem: Stem, holes: FloatArray, screw: ScrewHole
     ) -> _Plan | Rejection:
         """The plan, if every hole keeps its wall and the stem stands within the envelope."""
         p = self._params
         axis = np.array([-spec.opening_max_mm / 2.0, 0.0])
         bore = screw.head_bore_mm / 2.0
-        outside = float(np.linalg.norm(rectangle(*stem_x, p.width) - axis, axis=1).max()) - spec.envelope_mm
+        outside = float(np.linalg.norm(stem.outline_mm - axis, axis=1).max()) - spec.envelope_mm
         to_envelope = spec.envelope_mm - float(np.linalg.norm(holes - axis, axis=1).max()) - bore
         excess = max(outside, p.wall_min - to_envelope)
         if excess > _TOLERANCE_MM:
@@ -144,17 +156,18 @@ class StraightFinger:
                 f"at the opening {spec.opening_min_mm:.2f} mm the bolt heads leave {wall:.2f} mm of wall between two bases, "
                 f"at least {p.wall_min:.2f}",
             )
-        beside = float(holes[1, 1]) - bore - p.width / 2.0
-        if beside < 0.0 and stem_x[0] - bore < holes[0, 0] < stem_x[1] + bore:
+        (stem_back, stem_front), (thickness, width) = _x_range(stem), np.ptp(stem.outline_mm, axis=0).tolist()
+        beside = float(holes[1, 1]) - bore - width / 2.0
+        if beside < 0.0 and stem_back - bore < holes[0, 0] < stem_front + bore:
             return Rejection("bolt-under-stem", f"the stem covers the bolt heads by {-beside:.2f} mm")
         reach = float(np.linalg.norm(outline - axis, axis=1).max())
         return _Plan(
             outline_mm=outline,
-            stem_x_mm=stem_x,
+            stem=stem,
             holes_mm=holes,
             screw=screw,
             trimmed=reach > spec.envelope_mm - _TOLERANCE_MM,
-            wall_mm=min(wall, p.thickness, p.width),
+            wall_mm=min(wall, thickness, width),
         )
 
     def _build(self, spec: FingerSpec, plan: _Plan) -> _Build | Rejection:
@@ -185,13 +198,13 @@ class StraightFinger:
         )
 
     def _bending(self, spec: FingerSpec, plan: _Plan, material: Material, thickness_mm: float) -> Bending:
-        p = self._params
-        bolts, stem = float(plan.holes_mm[0, 0]), sum(plan.stem_x_mm) / 2.0
+        bolts, stem = float(plan.holes_mm[0, 0]), sum(_x_range(plan.stem)) / 2.0
         stations = np.linspace(min(bolts, stem), max(bolts, stem), 33)
         return bend(
             spec.grip_force_N / spec.fingers,
             material.modulus_MPa,
-            (spec.finger_length_mm, p.thickness, p.width),
+            spec.finger_length_mm,
+            plan.stem.section,
             stations,
             width_mm(plan.outline_mm, stations),
             thickness_mm,
@@ -212,25 +225,21 @@ class StraightFinger:
         if spec.jaw.pin_diameter_mm > 0:
             pin_top = back + spec.jaw.pin_length_mm + 0.5
             tools.append(brep.cylinder_z(plan.holes_mm[0, 0], 0.0, spec.jaw.pin_diameter_mm / 2.0, back - 1.0, pin_top))
-        return brep.single_solid(brep.fuse(brep.cut(base, tools), self._stem(spec, plan)))
+        return brep.single_solid(brep.fuse(brep.cut(base, tools), plan.stem.solid(spec.finger_length_mm)))
 
-    def _stem(self, spec: FingerSpec, plan: _Plan) -> brep.Shape:
-        """The stem, rooted 1 mm deep in the base; its outer edges are chamfered, those of the gripping surface are not."""
+    def _stem(self, spec: FingerSpec) -> Stem:
+        """Round for a bore, which three fingers hold; flat for everything else."""
         p = self._params
-        y, c = p.width / 2.0, min(p.chamfer, p.thickness / 3.0, p.width / 3.0, spec.finger_length_mm / 3.0)
-        outer, inner = (p.thickness, 0.0) if spec.grip != INTERNAL else (-p.thickness, 0.0)
-        toward = np.sign(inner - outer) * c
-        corners = [[inner, -y], [outer + toward, -y], [outer, c - y], [outer, y - c], [outer + toward, y], [inner, y]]
-        profile = convex_hull(np.array(corners))
-        stem = brep.prism_z(profile, -spec.finger_length_mm - 1.0, 0.0)
-        if c == 0.0:
-            return stem
-        return brep.chamfer(stem, c, np.array([outer, -y, 0.0]), np.array([outer, y, 0.0]))
+        if spec.grip == INTERNAL and spec.gripper_type == CENTRIC_3:
+            return SliceStem(nose_radius_mm=p.nose_radius, thickness_mm=p.nose_thickness)
+        return FlatStem(thickness_mm=p.thickness, width_mm=p.width, chamfer_mm=p.chamfer, inside=spec.grip == INTERNAL)
 
     def _properties(self, spec: FingerSpec, plan: _Plan, build: _Build) -> dict[str, float]:
         """Figures for the bill of materials and the drawing, mm, N and MPa."""
         p = self._params
-        return {
+        thickness, width = np.ptp(plan.stem.outline_mm, axis=0).tolist()
+        nose = {"nose_radius_mm": p.nose_radius} if isinstance(plan.stem, SliceStem) else {}
+        return nose | {
             "deflection_mm": build.bending.deflection_mm,
             "deflection_max_mm": p.deflection_max,
             "stress_MPa": build.bending.stress_MPa,
@@ -238,8 +247,8 @@ class StraightFinger:
             "finger_force_N": spec.grip_force_N / spec.fingers,
             "wall_min_mm": plan.wall_mm,
             "finger_length_mm": spec.finger_length_mm,
-            "stem_thickness_mm": p.thickness,
-            "stem_width_mm": p.width,
+            "stem_thickness_mm": thickness,
+            "stem_width_mm": width,
             "base_thickness_mm": build.base_thickness_mm,
             "bolt_thread_mm": spec.jaw.bolt_thread_mm,
             "bolt_hole_mm": plan.screw.through_mm,
@@ -247,6 +256,10 @@ class StraightFinger:
             "bolt_pitch_mm": spec.jaw.bolt_pitch_mm,
             "pin_hole_mm": spec.jaw.pin_diameter_mm,
         }
+
+
+def _x_range(stem: Stem) -> tuple[float, float]:
+    return float(stem.outline_mm[:, 0].min()), float(stem.outline_mm[:, 0].max())
 
 
 def _centre_of_mass(measure: brep.SolidMeasure) -> dict[str, float]:

@@ -1,23 +1,69 @@
-"""The hand of a 3-finger centric gripper."""
+"""The hand of a 3-finger centric gripper: flat fingers around a component, a cylinder's slices within a bore."""
 
 import math
+from collections.abc import Sequence
 from typing import ClassVar
 
+import numpy as np
+from pydantic import Field, model_validator
+
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL
-from gripwright_builtin.hands.prism import PrismHand
+from gripwright.domain.gripper import ConvexSolid
+from gripwright.plugin_api.params import Params
+from gripwright_builtin.hands.prism import HandSettings, PrismHand
+
+_NOSE_STEP = 4  # degrees between the flats that stand for the rounded nose
+_NOSE_HALF = 60  # degrees to either side: a third of a cylinder
+
+
+class CentricSettings(HandSettings):
+    """Sections of the straight finger: flat for an external grip, rounded for a bore."""
+
+    nose_radius_mm: float = Field(
+        4.0, gt=0, le=100, description="mm, of the rounded gripping surface for bores; three fingers close to twice as much"
+    )
+    nose_thickness_mm: float = Field(3.6, gt=0, le=100, description="mm, extent of a finger for bores towards the axis")
+
+    @model_validator(mode="after")
+    def _within_the_slice(self) -> "CentricSettings":
+        if self.nose_thickness_mm >= self.nose_radius_mm:
+            raise ValueError(
+                f"nose_thickness_mm {self.nose_thickness_mm:g} is not less than nose_radius_mm {self.nose_radius_mm:g}"
+            )
+        return self
 
 
 class CentricHand(PrismHand):
-    """Three straight fingers at 0°, 120° and 240° that move radially together."""
+    """Three straight fingers at 0°, 120° and 240° that move radially together.
+
+    A finger for bores is a third of a cylinder without the core: its round side, the nose, touches a bore of any larger
+    radius along the line in its middle.
+    """
 
     key: ClassVar[str] = "centric_3"
+    params_model: ClassVar[type[Params]] = CentricSettings
     gripper_type: ClassVar[str] = CENTRIC_3
     fingers: ClassVar[int] = 3
 
-    def opening_floor_mm(self, grip: str) -> float:
-        """Neighbouring fingers of width w meet at their inner edges when r = w/(2·√3) (external grip).
+    def __init__(self, params: CentricSettings) -> None:
+        super().__init__(params)
+        self._nose_radius, self._nose_thickness = params.nose_radius_mm, params.nose_thickness_mm
 
-        From inside, the fingers' backs meet first: r = t + w/(2·√3).
-        """
-        meeting = self._params.width_mm / (2.0 * math.sqrt(3.0))
-        return 2.0 * (meeting if grip == EXTERNAL else meeting + self._params.thickness_mm)
+    def finger(self, finger_length_mm: float, grip: str) -> Sequence[ConvexSolid]:
+        """A box from the gripping surface outwards; for a bore a prism that holds the cylinder's slice, frame F."""
+        if grip == EXTERNAL:
+            return super().finger(finger_length_mm, grip)
+        radius, back = self._nose_radius, -self._nose_thickness
+        half = _NOSE_STEP / 2.0
+        angles = np.radians(np.arange(-_NOSE_HALF + half, _NOSE_HALF, _NOSE_STEP))  # where two flats meet
+        around = radius / math.cos(math.radians(half)) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        ends = radius * np.array([[math.cos(math.radians(_NOSE_HALF)), s * math.sin(math.radians(_NOSE_HALF))] for s in (-1, 1)])
+        core = math.tan(math.radians(_NOSE_HALF)) * (radius + back)
+        section = np.concatenate([np.concatenate([around, ends]) - [radius, 0.0], [[back, -core], [back, core]]])  # (n, 2)
+        section[:, 0] = np.where(np.abs(section[:, 0]) < 1e-12, 0.0, section[:, 0])
+        vertices = np.concatenate([np.column_stack([section, np.full(len(section), z)]) for z in (-finger_length_mm, 0.0)])
+        return (ConvexSolid(vertices_mm=vertices, role="finger"),)
+
+    def opening_floor_mm(self, grip: str) -> float:
+        """Neighbouring fingers of width w meet at their inner edges when r = w/(2·√3); slices when they make the cylinder."""
+        return self._params.width_mm / math.sqrt(3.0) if grip == EXTERNAL else 2.0 * self._nose_radius

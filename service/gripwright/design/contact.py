@@ -9,16 +9,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gripwright.design.gripping_surface import GrippingSurface, gripping_surface
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import EXTERNAL, Grasp
+from gripwright.domain.grasp import Grasp
 from gripwright.domain.shape import BoolArray, FloatArray, Mesh
 from gripwright.geometry.clipping import clip_to_box, longest_run
 from gripwright.geometry.frames import inverse, transform
 from gripwright.plugin_api import HandModel
 
 TOUCH_GAP_MM = 0.045  # of 0.05
-_PARALLEL = float(np.cos(np.radians(4.8)))  # of 5°
+_PARALLEL_RAD = float(np.radians(4.8))  # of 5°
 _SEARCH_MM = 0.5  # how far the seated surface may lie from the planned one
 _DEPTH_MM = 60.0  # surface farther outside the finger's plane is not looked at
 _SEAT_MM = 0.0005  # the finger stands off the surface's foremost point, so that rounding in files never makes it enter
@@ -53,22 +54,15 @@ class Surface:
         return np.asarray(np.flatnonzero(distance <= radius + self.reach))
 
 
-def finger_section(hand: HandModel, grip: str) -> tuple[float, float, float]:
-    """Extent of the gripping finger in its frame: thickness along x, least y, greatest y."""
-    corners = np.concatenate([solid.vertices_mm for solid in hand.finger(10.0, grip)])
-    return float(np.abs(corners[:, 0]).max()), float(corners[:, 1].min()), float(corners[:, 1].max())
-
-
 def seat(grasp: Grasp, surface: Surface, hand: HandModel) -> Grasp | Rejection:
     """The grasp with the opening (and, for two fingers, the centre) at which the fingers just touch the component."""
-    _, y_low, y_high = finger_section(hand, grasp.grip)
-    sign = 1.0 if grasp.grip == EXTERNAL else -1.0
+    gripping = gripping_surface(hand, grasp.grip)
+    sign, (y_low, y_high) = gripping.sign, gripping.y_range
     levels: list[float] = []
     for X_GF in hand.finger_poses(grasp.opening_width_mm):
         x_range = np.sort(sign * np.array([-_SEARCH_MM, _DEPTH_MM]))
         low, high = np.array([x_range[0], y_low, -np.inf]), np.array([x_range[1], y_high, 0.0])
-        strip = _part(surface, grasp.X_CG @ X_GF, low, high)
-        x = sign * strip[..., 0]
+        x = gripping.depths_mm(_part(surface, grasp.X_CG @ X_GF, low, high))
         x = x[x <= _SEARCH_MM]
         if x.size == 0 or x.max() < -_SEARCH_MM:
             return Rejection(
@@ -93,42 +87,56 @@ def contacts(
     grasp: Grasp, surface: Surface, hand: HandModel, finger_length_mm: float, min_contact_mm: float
 ) -> tuple[Contact, ...] | Rejection:
     """The contact of each finger of a seated grasp, or why one does not touch as it must."""
-    _, y_low, y_high = finger_section(hand, grasp.grip)
-    sign = 1.0 if grasp.grip == EXTERNAL else -1.0
     height_all = float(np.ptp(surface.vertices @ grasp.X_CG[:3, 2]))
     needed = min(min_contact_mm, height_all)
     found = []
     for number, X_GF in enumerate(hand.finger_poses(grasp.opening_width_mm), start=1):
-        X_CF = grasp.X_CG @ X_GF
-        parallel = surface.normals @ (sign * X_CF[:3, 0]) >= _PARALLEL
-        low = np.array([-TOUCH_GAP_MM, y_low, -finger_length_mm])
-        patch = _part(surface, X_CF, low, np.array([TOUCH_GAP_MM, y_high, 0.0]), parallel)
-        z = np.stack([patch[..., 2].min(axis=1), patch[..., 2].max(axis=1)], axis=1) if len(patch) else np.zeros((0, 2))
+        touching = _touching(surface, grasp.X_CG @ X_GF, gripping_surface(hand, grasp.grip), finger_length_mm)
+        z = np.concatenate([np.stack([patch[..., 2].min(axis=1), patch[..., 2].max(axis=1)], axis=1) for _, patch in touching])
         run = longest_run(z, join=1e-4)
         if run < needed - 1e-6:
             return Rejection(
                 "no-contact", f"finger {number} touches along {run:.2f} mm of parallel surface, at least {needed:.2f} mm"
             )
-        area = np.linalg.norm(np.cross(patch[:, 1] - patch[:, 0], patch[:, 2] - patch[:, 0]), axis=1) / 2.0
-        centre_F = np.average(patch.mean(axis=1), axis=0, weights=area + 1e-12)
-        found.append(
-            Contact(
-                height_mm=run,
-                area_mm2=float(area.sum()),
-                centre_C=transform(X_CF, centre_F),
-                normal_C=sign * X_CF[:3, 0],
-                gap_mm=float(-(sign * patch[..., 0]).max()),
-            )
-        )
+        found.append(_contact(touching, run, gripping_surface(hand, grasp.grip).sign))
     return tuple(found)
+
+
+def _touching(
+    surface: Surface, X_CF: FloatArray, gripping: GrippingSurface, finger_length_mm: float
+) -> list[tuple[FloatArray, FloatArray]]:
+    """What each flat of the finger touches: its frame (4, 4) seen from C, and the triangles (k, 3, 3) in that frame."""
+    patches = []
+    for flat in gripping.flats:
+        X_CP = X_CF @ flat.X_FP
+        parallel = surface.normals @ (gripping.sign * X_CP[:3, 0]) >= np.cos(_PARALLEL_RAD - flat.rounding_rad)
+        low = np.array([-TOUCH_GAP_MM, -flat.width_mm / 2.0, -finger_length_mm])
+        high = np.array([TOUCH_GAP_MM, flat.width_mm / 2.0, 0.0])
+        patches.append((X_CP, _part(surface, X_CP, low, high, parallel)))
+    return patches
+
+
+def _contact(touching: Sequence[tuple[FloatArray, FloatArray]], height_mm: float, sign: float) -> Contact:
+    """The contact of a finger, with the normal of the flat that touches most."""
+    areas = [np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1) / 2.0 for _, p in touching]
+    centres = np.concatenate([transform(X_CP, patch.mean(axis=1)) for X_CP, patch in touching])
+    totals = [float(area.sum()) for area in areas]
+    return Contact(
+        height_mm=height_mm,
+        area_mm2=sum(totals),
+        centre_C=np.average(centres, axis=0, weights=np.concatenate(areas) + 1e-12),
+        normal_C=sign * touching[int(np.argmax(totals))][0][:3, 0],
+        gap_mm=min(float(-(sign * patch[..., 0]).max()) for _, patch in touching if len(patch)),
+    )
 
 
 def forbidden_touch(
     grasp: Grasp, regions: Sequence[tuple[Forbidden, Surface]], hand: HandModel, finger_length_mm: float
 ) -> Rejection | None:
     """Why the grasp would touch surface that must not be touched, or None. Each region comes with its own triangles."""
-    thickness, y_low, y_high = finger_section(hand, grasp.grip)
-    inner, outer = (0.0, thickness) if grasp.grip == EXTERNAL else (-thickness, 0.0)
+    gripping = gripping_surface(hand, grasp.grip)
+    y_low, y_high = gripping.y_range
+    inner, outer = sorted((0.0, gripping.sign * gripping.thickness_mm))
     low = np.array([inner - 2.0 * TOUCH_GAP_MM, y_low, -finger_length_mm])
     high = np.array([outer + 2.0 * TOUCH_GAP_MM, y_high, 0.0])
     for region, surface in regions:
@@ -149,9 +157,8 @@ def _within(region: Forbidden, triangles_C: FloatArray) -> bool:
 def _part(surface: Surface, X_CF: FloatArray, low: FloatArray, high: FloatArray, chosen: BoolArray | None = None) -> FloatArray:
     """The component's triangles within low ≤ p ≤ high of the finger frame, (k, 3, 3)."""
     X_FC = inverse(X_CF)
-    centres = transform(X_FC, surface.centres)  # (m, 3)
-    reach = surface.reach[:, None]
-    near = ((centres >= low - reach) & (centres <= high + reach)).all(axis=1)
-    if chosen is not None:
-        near &= chosen
+    ids = np.arange(len(surface.centres)) if chosen is None else np.flatnonzero(chosen)
+    centres = transform(X_FC, surface.centres[ids])  # (k, 3)
+    reach = surface.reach[ids, None]
+    near = ids[((centres >= low - reach) & (centres <= high + reach)).all(axis=1)]
     return clip_to_box(transform(X_FC, surface.triangles[near]), low, high)

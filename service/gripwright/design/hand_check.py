@@ -234,4 +234,4 @@ def _drawn_back(vertices: FloatArray, by_mm: float, grasp: Grasp) -> FloatArray:
     """The finger without the layer next to its gripping surface."""
     if grasp.grip == EXTERNAL:
         return np.maximum(vertices, [by_mm, -np.inf, -np.inf])
-    return np.minimum(vertices, [-by_mm, np.inf, np.inf])
+    return np.maximum(vertices - [by_mm, 0.0, 0.0], [vertices[:, 0].min(), -np.inf, -np.inf])  # a nose is drawn back whole

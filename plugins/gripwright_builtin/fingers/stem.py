@@ -1,0 +1,95 @@
+"""The stem of a straight finger in plan (finger frame, seen along z): a rectangle, or a slice of a cylinder for bores."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from gripwright.domain.shape import FloatArray
+from gripwright.geometry import brep
+from gripwright_builtin.fingers.outline import convex_hull, rectangle
+from gripwright_builtin.fingers.stiffness import Section, polygon_section, rectangle_section
+
+_HALF_SLICE_RAD = np.pi / 3.0
+_ARC_POINTS = 61
+
+
+class Stem(Protocol):
+    """A stem of the same section from the tip to the base; its gripping surface touches x = 0."""
+
+    @property
+    def outline_mm(self) -> FloatArray:
+        """Corners of the section, (k, 2), convex, counter-clockwise."""
+        ...
+
+    @property
+    def section(self) -> Section:
+        """How it bends along x."""
+        ...
+
+    def solid(self, length_mm: float) -> brep.Shape:
+        """The stem, rooted 1 mm deep in the base."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlatStem:
+    """A rectangle; its outer edges are chamfered, those of the gripping surface are not."""
+
+    thickness_mm: float
+    width_mm: float
+    chamfer_mm: float
+    inside: bool  # an internal grip: it lies at x ≤ 0
+
+    @property
+    def outline_mm(self) -> FloatArray:
+        """The whole rectangle."""
+        x = (-self.thickness_mm, 0.0) if self.inside else (0.0, self.thickness_mm)
+        return rectangle(*x, self.width_mm)
+
+    @property
+    def section(self) -> Section:
+        """The chamfers are left out of account."""
+        return rectangle_section(self.thickness_mm, self.width_mm)
+
+    def solid(self, length_mm: float) -> brep.Shape:
+        """Chamfered along the outer edges and at the tip."""
+        y, c = self.width_mm / 2.0, min(self.chamfer_mm, self.thickness_mm / 3.0, self.width_mm / 3.0, length_mm / 3.0)
+        outer, inner = (-self.thickness_mm, 0.0) if self.inside else (self.thickness_mm, 0.0)
+        toward = np.sign(inner - outer) * c
+        corners = [[inner, -y], [outer + toward, -y], [outer, c - y], [outer, y - c], [outer + toward, y], [inner, y]]
+        stem = brep.prism_z(convex_hull(np.array(corners)), -length_mm - 1.0, 0.0)
+        if c == 0.0:
+            return stem
+        return brep.chamfer(stem, c, np.array([outer, -y, 0.0]), np.array([outer, y, 0.0]))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SliceStem:
+    """A third of a cylinder without its core, at x ≤ 0: the round side is the nose that touches a bore."""
+
+    nose_radius_mm: float
+    thickness_mm: float  # from the nose towards the axis
+
+    @property
+    def outline_mm(self) -> FloatArray:
+        """The arc by points on it."""
+        angles = np.linspace(-_HALF_SLICE_RAD, _HALF_SLICE_RAD, _ARC_POINTS)
+        arc = self.nose_radius_mm * np.stack([np.cos(angles) - 1.0, np.sin(angles)], axis=1)
+        return convex_hull(np.concatenate([arc, self._flanks(-self.thickness_mm)]))
+
+    @property
+    def section(self) -> Section:
+        """Of the outline."""
+        return polygon_section(self.outline_mm)
+
+    def solid(self, length_mm: float) -> brep.Shape:
+        """The nose is an exact cylinder, whole up to the tip."""
+        back, front = self._flanks(-self.thickness_mm), self._flanks(1.0)
+        wedge = brep.prism_z(np.concatenate([back, front[::-1]]), -length_mm - 1.0, 0.0)
+        return brep.common(brep.cylinder_z(-self.nose_radius_mm, 0.0, self.nose_radius_mm, -length_mm - 1.0, 0.0), wedge)
+
+    def _flanks(self, x_mm: float) -> FloatArray:
+        """Where the planes between neighbouring slices pass x, (2, 2)."""
+        y = np.tan(_HALF_SLICE_RAD) * (self.nose_radius_mm + x_mm)
+        return np.array([[x_mm, -y], [x_mm, y]])
