@@ -18,11 +18,11 @@ SIX_STEPS = (
 
 def box_mesh(extents: tuple[float, float, float]) -> Mesh:
     """A box of 12 triangles, one corner at the origin."""
-    return _of_manifold(manifold3d.Manifold.cube(extents))
+    return mesh_of(manifold3d.Manifold.cube(extents))
 
 
 def sphere_mesh(radius: float, segments: int) -> Mesh:
-    return _of_manifold(manifold3d.Manifold.sphere(radius, segments))
+    return mesh_of(manifold3d.Manifold.sphere(radius, segments))
 
 
 def turned_mesh(profile: tuple[tuple[float, float], ...], sections: int, ring_mm: float = np.inf) -> Mesh:
@@ -51,7 +51,7 @@ def plate_with_bosses(sections: int) -> Mesh:
     solid = manifold3d.Manifold.cube((80.0, 50.0, 8.0))
     for x in (15.0, 65.0):
         solid += manifold3d.Manifold.cylinder(24.0, 8.0, 8.0, sections).translate((x, 25.0, 4.0))
-    return _of_manifold(solid - manifold3d.Manifold.cylinder(20.0, 10.0, 10.0, sections).translate((40.0, 25.0, -5.0)))
+    return mesh_of(solid - manifold3d.Manifold.cylinder(20.0, 10.0, 10.0, sections).translate((40.0, 25.0, -5.0)))
 
 
 def soup(mesh: Mesh) -> Mesh:
@@ -67,6 +67,7 @@ def component_of(mesh: Mesh) -> Component:
     return Component(id="component", mesh=mesh, X_PC=IDENTITY)
 
 
-def _of_manifold(solid: manifold3d.Manifold) -> Mesh:
+def mesh_of(solid: manifold3d.Manifold) -> Mesh:
+    """The surface of a solid."""
     found = solid.to_mesh64()
     return Mesh(vertices_mm=np.array(found.vert_properties[:, :3], dtype=float), faces=np.array(found.tri_verts, dtype=np.int64))

@@ -21,6 +21,8 @@ NARROW_AREA = 0.03
 """Narrow patches up to this fraction of the surface join the neighbour that they continue."""
 ENCLOSED = 0.7
 """Surfaces enclose a hollow when the sum of their area vectors is below this part of their area …"""
+ONE_WAY = 0.4
+"""The sum of a fillet's area vectors is above this part of its area; a bore's is not, though it may end in fillets."""
 HOLLOW = 0.5
 """… they turn inwards by more than this times the root of their area (a closed bore by √(2πh/r)) …"""
 OUTWARD = 0.3
@@ -94,7 +96,7 @@ class _Net:
         total = self.areas_mm2.sum()
         outline = np.array([sum(border[LENGTH] for border in around.values()) for around in self.across])
         narrow = (outline**2 > NARROW * self.areas_mm2) & (self.areas_mm2 < NARROW_AREA * total)
-        small = (self.areas_mm2 < least * total) | narrow
+        small = (self.areas_mm2 < least * total) | narrow | self._blends(outline)
         into = np.arange(len(self.areas_mm2))
         waiting = [(float(self.areas_mm2[p]), int(p)) for p in np.flatnonzero(small)]
         heapq.heapify(waiting)
@@ -112,6 +114,22 @@ class _Net:
         while (into[into] != into).any():
             into = into[into]
         return np.asarray(into[self.part])
+
+    def _blends(self, outline: FloatArray) -> BoolArray:
+        """Patches that lead from one surface to another without an edge, curving inwards and mostly one way: fillets, (k,)."""
+        smooth = np.array(
+            [
+                sum(
+                    border[LENGTH]
+                    for border in around.values()
+                    if border[INWARDS] + border[OUTWARDS] < CREASE_RAD * border[LENGTH]
+                )
+                for around in self.across
+            ]
+        )
+        inwards = self.turns_mm[:, 0] - self.turns_mm[:, 1] > HOLLOW * np.sqrt(self.areas_mm2)
+        one_way = np.linalg.norm(self.area_vectors_mm2, axis=1) > ONE_WAY * self.areas_mm2
+        return np.asarray(inwards & one_way & (smooth > CREASED_MIN * outline))
 
     def _join(self, p: int, q: int) -> None:
         """Patch p becomes part of q; what lies beyond p is then as far round as p and its border with q turn."""
