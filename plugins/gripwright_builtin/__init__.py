@@ -10,6 +10,8 @@ manifest = Manifest(
     api_version=API_VERSION,
     plugins=(
         PluginEntry(kind="segmenter", key="sdf", target=f"{_HERE}.segmenters.sdf:SdfSegmenter"),
+        PluginEntry(kind="segmenter", key="primitives", target=f"{_HERE}.segmenters.primitives:PrimitivesSegmenter"),
+        PluginEntry(kind="segmenter", key="brep", target=f"{_HERE}.segmenters.brep:BrepSegmenter"),
         PluginEntry(kind="fitter", key="cylinder", target=f"{_HERE}.fitters.cylinder:CylinderFitter"),
         PluginEntry(kind="fitter", key="box", target=f"{_HERE}.fitters.box:BoxFitter"),
         PluginEntry(kind="affordance", key="marked", target=f"{_HERE}.affordance.marked:MarkedRegions"),

@@ -1,15 +1,20 @@
 import json
 
+import numpy as np
 import pytest
 
-from gripwright.cad.export import stl_bytes
+from gripwright.cad.export import step_bytes, stl_bytes
+from gripwright.geometry.brep import box, write_brep
+from gripwright.geometry.measures import face_areas_mm2
+from gripwright.jobs.products import load_task
+from gripwright.store.models import ProductRow
 from service_factory import IDENTITY, make_document, make_package, make_wedge, new_part_number, raised
 
 PRODUCTS = "/api/v1/products"
 
 
-def upload(client, package):
-    return client.post(PRODUCTS, files={"package": ("package.zip", package, "application/zip")})
+def upload(client, package, name="package.zip"):
+    return client.post(PRODUCTS, files={"package": (name, package, "application/octet-stream")})
 
 
 def test_a_package_becomes_a_product_whose_location_answers_with_it(client):
@@ -47,6 +52,18 @@ def test_cad_files_may_come_as_parts_beside_a_manifest(client):
     created = client.post(PRODUCTS, files=files)
 
     assert created.status_code == 201, created.text
+
+
+def test_a_step_assembly_may_come_alone_and_keeps_its_faces(client, service):
+    block = step_bytes(write_brep(box((0, 0, 0), (10, 20, 30))), name=new_part_number(), part_number="B-1")
+
+    created = upload(client, block, "block.step")
+
+    assert created.status_code == 201, created.text
+    with service.database.read_sessions() as session:
+        task = load_task(service.artifacts, session.get(ProductRow, created.json()["id"]).task_sha256)
+    mesh = task.components[0].mesh
+    assert np.bincount(mesh.cad_faces, weights=face_areas_mm2(mesh)) == pytest.approx([600, 600, 300, 300, 200, 200])
 
 
 def test_every_fault_of_a_package_is_named_and_nothing_is_stored(client, service, problem):

@@ -211,6 +211,12 @@ class FaceLeftOut(Segmenter):
         return [self._of(component, np.arange(1, len(component.mesh.faces)))]
 
 
+@breaks("every sample is rejected")
+class RejectsEverything(Segmenter):
+    def segment(self, component, ctx):
+        return Rejection("no-segments", "none of 12 samples is good enough")
+
+
 @breaks("accepts is empty")
 class AcceptsNothing(ThreeFingerCylinder):
     accepts = frozenset()

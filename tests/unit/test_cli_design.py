@@ -8,10 +8,13 @@ import time
 import psutil
 import pytest
 
+from gripwright.cad.export import step_bytes, stl_bytes
 from gripwright.cli.design import write_folder
 from gripwright.cli.options import options_of, owned_setting
 from gripwright.design.plan import plan_of
 from gripwright.domain.errors import InvalidInput, InvalidPlan
+from gripwright.geometry.brep import box, write_brep
+from mesh_factory import box_mesh
 
 FILES = {"design.json": b"{}", "grippers/G1/finger.stl": b"solid"}
 
@@ -94,6 +97,26 @@ def test_refused_input_is_exit_code_1_and_a_line_a_fault(tmp_path, arguments, li
     assert answer.returncode == 1
     assert len(answer.stderr.splitlines()) == lines
     assert ": " in answer.stderr
+
+
+def test_a_step_file_is_segmented_by_its_own_faces(tmp_path):
+    (tmp_path / "block.step").write_bytes(step_bytes(write_brep(box((0, 0, 0), (30, 20, 10))), name="block", part_number="B"))
+    labels = tmp_path / "labels.txt"
+
+    answer = run("analyse", tmp_path / "block.step", "--set", "segmenter=brep", "--labels", labels, GRIPWRIGHT_DATA=str(tmp_path))
+
+    assert answer.returncode == 0, answer.stderr
+    assert labels.read_text() == "0\n" * 12
+
+
+def test_triangles_alone_have_no_faces_to_be_segmented_by(tmp_path):
+    (tmp_path / "block.stl").write_bytes(stl_bytes(box_mesh((30.0, 20.0, 10.0))))
+
+    answer = run("analyse", tmp_path / "block.stl", "--units", "mm", "--set", "segmenter=brep", GRIPWRIGHT_DATA=str(tmp_path))
+
+    assert answer.returncode == 1
+    assert "its file has triangles alone" in answer.stderr
+    assert "segmenter=sdf" in answer.stderr
 
 
 def test_a_folder_that_is_no_design_is_not_overwritten(tmp_path):

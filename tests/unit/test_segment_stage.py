@@ -1,14 +1,17 @@
 """Stage 2: segmenters are held to their contract; labels go back to the file's faces."""
 
-from collections.abc import Sequence
-from typing import ClassVar
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
+from gripwright.design import pipeline
+from gripwright.design.plan import Plan
 from gripwright.design.stages.segment import segment, source_labels
-from gripwright.domain.assembly import Component
-from gripwright.domain.errors import PluginFailure
+from gripwright.domain.assembly import AssemblyTask, Component
+from gripwright.domain.errors import Fault, InvalidInput, PluginFailure, Rejection
 from gripwright.domain.shape import Mesh, Segment
 from gripwright.plugin_api import Params, RunContext
 from mesh_factory import box_mesh, component_of
@@ -19,7 +22,7 @@ def _segment(number: int, faces: Sequence[int]) -> Segment:
 
 
 class Given:
-    """A segmenter that returns what it was made with."""
+    """A segmenter that returns the segments that it was made with."""
 
     key: ClassVar[str] = "given"
     params_model: ClassVar[type[Params]] = Params
@@ -38,6 +41,49 @@ def test_a_partition_passes() -> None:
     parts = (_segment(0, range(5)), _segment(1, range(5, 12)))
 
     assert segment(BOX, Given(*parts), RunContext()) == parts
+
+
+def test_what_the_segmenter_cannot_divide_is_its_rejection() -> None:
+    class Rejects(Given):
+        def segment(self, component: Component, ctx: RunContext) -> Rejection:  # type: ignore[override]
+            return Rejection("no-cad-faces", "its file has triangles alone")
+
+    assert segment(BOX, Rejects(), RunContext()) == Rejection("no-cad-faces", "its file has triangles alone")
+
+
+class FirstStages:
+    """A runner that prepares nothing and rejects the meshes without CAD faces; no later stage may be asked for."""
+
+    def __init__(self) -> None:
+        self._values: list[Any] = []
+
+    def put(self, value: Any) -> str:
+        self._values.append(value)
+        return str(len(self._values) - 1)
+
+    def get(self, ref: str) -> Any:
+        return self._values[int(ref)]
+
+    def map(self, stage: str, calls: Sequence[Mapping[str, Any]]) -> list[str]:
+        if stage == "prepare":
+            return [call["mesh"]["ref"] for call in calls]
+        assert stage == "segment"
+        meshes = [self.get(call["prepared"]["ref"]) for call in calls]
+        return [self.put(Rejection("no-cad-faces", "has none") if mesh.cad_faces is None else ()) for mesh in meshes]
+
+
+def test_a_design_is_refused_with_every_component_that_the_segmenter_cannot_divide() -> None:
+    of_step = replace(BOX, id="base", mesh=replace(BOX.mesh, cad_faces=np.arange(12) // 2))
+    components = (of_step, replace(BOX, id="lid"), replace(BOX, id="pin"))
+    task = AssemblyTask(part_number="P", revision="", name="", components=components, obstacles=(), operations=())
+
+    with pytest.raises(InvalidInput) as refused:
+        pipeline.design(task, (), Plan(), FirstStages())
+
+    assert refused.value.faults == (
+        Fault("/components/1", "component 'lid': has none"),
+        Fault("/components/2", "component 'pin': has none"),
+    )
 
 
 @pytest.mark.parametrize(

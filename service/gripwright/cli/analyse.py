@@ -11,10 +11,11 @@ from gripwright.cad.limits import DEFAULT_LIMITS
 from gripwright.cad.reader import CadReader
 from gripwright.cli.options import SET_HELP
 from gripwright.cli.run import runner_of, shown_progress
-from gripwright.design.pipeline import Runner
-from gripwright.domain.errors import Fault, InvalidInput
+from gripwright.design.analysis import analyse as analyse_meshes
+from gripwright.domain.errors import Fault, InvalidInput, Rejection
 from gripwright.domain.shape import Mesh
 from gripwright.jobs.child import preload
+from gripwright.jobs.local import LocalRunner
 from gripwright.jobs.steps import ANALYSIS_STAGES_AT
 from gripwright.settings import load_settings
 
@@ -69,10 +70,11 @@ def _write(path: Path, text: str) -> None:
         raise InvalidInput("the answer cannot be written", faults=(Fault(str(path), error.strerror or str(error)),)) from None
 
 
-def _analysis(mesh: Mesh, runner: Runner) -> dict[str, Any]:
-    (prepared,) = runner.map("prepare", [{"mesh": {"ref": runner.put(mesh)}}])
-    (segmented,) = runner.map("segment", [{"prepared": {"ref": prepared}}])
-    (fitted,) = runner.map("fit", [{"prepared": {"ref": prepared}, "segmentation": {"ref": segmented}}])
-    (described,) = runner.map("describe", [{"analysis": {"ref": fitted}}])
+def _analysis(mesh: Mesh, runner: LocalRunner) -> dict[str, Any]:
+    ref = runner.put(mesh)
+    answer = analyse_meshes([ref], runner.plan, runner)[ref].analysis
+    if isinstance(answer, Rejection):
+        raise InvalidInput("the segmenter does not do for the component", faults=(Fault("--set segmenter", answer.detail),))
+    (described,) = runner.map("describe", [{"analysis": {"ref": answer}}])
     analysis: dict[str, Any] = runner.get(described)
     return analysis

@@ -1,21 +1,20 @@
-"""The pipeline, as a whole: which stage runs on what. How a stage is run (here, in a child, on another machine, or not at all
-because its result is stored) is the runner's business."""
+"""The pipeline, as a whole: which stage runs on what."""
 
 import dataclasses
+from collections import Counter
 from collections.abc import Container, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from gripwright.design import catalogue
+from gripwright.design.analysis import AnalysedMesh, analyse
 from gripwright.design.plan import Plan
+from gripwright.design.runner import Ref, Runner
 from gripwright.domain.assembly import AssemblyTask, Component, Operation
-from gripwright.domain.errors import Rejection
+from gripwright.domain.errors import Fault, InvalidInput, Rejection
 from gripwright.domain.gripper import Actuator, Gripper
 from gripwright.domain.shape import Mesh
-
-Ref = str
-"""Identity of a stored stage result or input: a hash of what it was made from."""
 
 _ATTEMPTS = 6
 """Selections before the operations of grippers that cannot be made are given up."""
@@ -23,32 +22,13 @@ _ATTEMPTS = 6
 _NO_MESH = Mesh(vertices_mm=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int64))
 
 
-class Runner(Protocol):
-    """Runs stages by name."""
-
-    def put(self, value: Any) -> Ref:
-        """Store an input by its content."""
-        ...
-
-    def get(self, ref: Ref) -> Any:
-        """A stored value."""
-        ...
-
-    def map(self, stage: str, calls: Sequence[Mapping[str, Any]]) -> list[Ref]:
-        """Run one stage on each of `calls`, in parallel where possible; their results in order.
-
-        A call's values are JSON, or refs given as `{"ref": …}` (also inside lists and mappings), which the stage receives
-        as values.
-        """
-        ...
-
-
 def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner: Runner) -> Ref:
     """The whole job: from an assembly task and a catalogue to a `DesignResult`."""
     chosen = _ref(runner.put(catalogue.select(actuators, plan.actuators)))
     owned = _ref(_owned(actuators, plan, runner))
     meshes = [runner.put(component.mesh) for component in task.components]
-    shapes = _analyse(list(dict.fromkeys(meshes)), runner)
+    shapes = analyse(meshes, plan, runner)
+    _require_segments(task.components, [shapes[mesh].analysis for mesh in meshes])
     parts = _participants(task, meshes, shapes, runner)
     scenes = [_operation_inputs(operation, task, parts, runner) for operation in task.operations]
     verdicts = _refs(runner.map("constraints", [{**scene, "actuators": chosen, "owned": owned} for scene in scenes]))
@@ -83,26 +63,28 @@ def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner
 def _grippers(problem: Mapping[str, Any], runner: Runner) -> tuple[Ref, list[Ref]]:
     """The gripper set and the CAD of each gripper (None: it is owned).
 
-    Where no finger can be made for what a gripper has to bear, its heaviest grasp is barred, and with it all that are
-    heavier in that operation, and the set is chosen again; after `_ATTEMPTS` the operations of such grippers are barred.
+    Where no finger can be made for what a gripper has to bear, its heaviest grasp is barred, and with it all of the same grip
+    that are heavier in that operation, and the set is chosen again; after `_ATTEMPTS` with grippers of one grip their
+    operations are barred for it.
     """
     barred: dict[str, dict[str, Any]] = {}
-    for attempt in range(_ATTEMPTS + 1):
+    attempts: Counter[str] = Counter()
+    while True:
         (selection,) = runner.map("select", [{**problem, "barred": barred}])
         grippers: Sequence[Gripper] = runner.get(selection).grippers
         cads = _cads(grippers, runner.get(selection).owned, runner)
         refused = [
             (gripper, cad) for gripper, cad in zip(grippers, map(runner.get, cads), strict=True) if isinstance(cad, Rejection)
         ]
-        if not refused:
-            break
+        attempts.update({gripper.grip for gripper, _ in refused})
+        if not refused or max(attempts.values()) > _ATTEMPTS:
+            return selection, cads
         for gripper, cad in refused:
             heaviest = max(gripper.handles, key=lambda handle: handle.hold.required_force_N)
-            last = attempt >= _ATTEMPTS - 1
+            last = attempts[gripper.grip] == _ATTEMPTS
             for handle in gripper.handles if last else (heaviest,):
-                limit = 0.0 if last else handle.hold.required_force_N
-                barred = {**barred, handle.operation: {"force": limit, "detail": cad.detail}}
-    return selection, cads
+                limit = {"force": 0.0 if last else handle.hold.required_force_N, "detail": cad.detail}
+                barred = {**barred, handle.operation: {**barred.get(handle.operation, {}), gripper.grip: limit}}
 
 
 def _cads(grippers: Sequence[Gripper], owned: Container[str], runner: Runner) -> list[Ref]:
@@ -121,26 +103,26 @@ def _owned(actuators: Sequence[Actuator], plan: Plan, runner: Runner) -> Ref:
     return owned
 
 
-def _analyse(meshes: Sequence[Ref], runner: Runner) -> dict[Ref, tuple[Ref, Ref]]:
-    """Prepare, segment and fit each distinct mesh: mesh → (prepared, analysis)."""
-    prepared = runner.map("prepare", [{"mesh": _ref(mesh)} for mesh in meshes])
-    segmented = runner.map("segment", [{"prepared": _ref(shape)} for shape in prepared])
-    fitted = runner.map(
-        "fit",
-        [{"prepared": _ref(shape), "segmentation": _ref(segments)} for shape, segments in zip(prepared, segmented, strict=True)],
+def _require_segments(components: Sequence[Component], answers: Sequence[Any]) -> None:
+    """InvalidInput that names every component of which the plan's segmenter makes no segments."""
+    faults = tuple(
+        Fault(pointer=f"/components/{k}", message=f"component {component.id!r}: {answer.detail}")
+        for k, (component, answer) in enumerate(zip(components, answers, strict=True))
+        if isinstance(answer, Rejection)
     )
-    return dict(zip(meshes, zip(prepared, fitted, strict=True), strict=True))
+    if faults:
+        raise InvalidInput("the segmenter of the plan does not do for every component", faults=faults)
 
 
 def _participants(
-    task: AssemblyTask, meshes: Sequence[Ref], shapes: Mapping[Ref, tuple[Ref, Ref]], runner: Runner
+    task: AssemblyTask, meshes: Sequence[Ref], shapes: Mapping[Ref, AnalysedMesh], runner: Runner
 ) -> dict[str, dict[str, Any]]:
     """What operations know of each component, by component id."""
-    skeletons = [_ref(runner.put(_without_mesh(component))) for component in task.components]
-    analyses = [_ref(shapes[mesh][1]) for mesh in meshes]
+    skeletons = [_ref(runner.put(without_mesh(component))) for component in task.components]
+    analyses = [{"ref": shapes[mesh].analysis} for mesh in meshes]
     grips = runner.map("grips", [{"component": c, "analysis": a} for c, a in zip(skeletons, analyses, strict=True)])
     return {
-        component.id: {"component": skeleton, "prepared": _ref(shapes[mesh][0]), "analysis": analysis, "grips": _ref(grip)}
+        component.id: {"component": skeleton, "prepared": _ref(shapes[mesh].prepared), "analysis": analysis, "grips": _ref(grip)}
         for component, skeleton, mesh, analysis, grip in zip(task.components, skeletons, meshes, analyses, grips, strict=True)
     }
 
@@ -158,12 +140,13 @@ def _operation_inputs(
     }
 
 
-def _without_mesh(component: Component) -> Component:
+def without_mesh(component: Component) -> Component:
+    """A component as refs and skeletons hold it: its mesh is stored apart."""
     return dataclasses.replace(component, mesh=_NO_MESH)
 
 
 def _without_meshes(task: AssemblyTask) -> AssemblyTask:
-    components = tuple(_without_mesh(component) for component in task.components)
+    components = tuple(without_mesh(component) for component in task.components)
     return dataclasses.replace(task, components=components)
 
 

@@ -17,6 +17,7 @@ from gripwright.design.plan import Plan
 from gripwright.design.result import DesignParts, DesignResult, design_result
 from gripwright.design.stages import affordance, constraints, fingers, rules, select, verify
 from gripwright.design.stages.fit import fit
+from gripwright.design.stages.keep import keep
 from gripwright.design.stages.prepare import PrepareSettings, prepare
 from gripwright.design.stages.segment import segment, source_labels
 from gripwright.design.step_values import ComponentGrips, Participant, PreparedShape, Segmentation
@@ -54,12 +55,15 @@ def _prepare(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCo
     )
 
 
-def _segment(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Segmentation:
+def _segment(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Segmentation | Rejection:
     prepared: PreparedShape = inputs["prepared"]
     component = Component(id="", mesh=prepared.mesh, X_PC=np.eye(4))
-    segments = segment(component, toolbox.segmenter, ctx)
+    segments = segment(component, toolbox.segmenters[inputs["segmenter"]], ctx)
+    if isinstance(segments, Rejection):
+        return segments
     labels = source_labels(prepared.mesh, segments, prepared.file_faces)
     return Segmentation(
+        segmenter=inputs["segmenter"],
         segments=segments,
         source_labels=labels,
         timings=ctx.timings,
@@ -77,12 +81,16 @@ def _fit(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContex
         mesh=prepared.mesh,
         source_labels=segmentation.source_labels,
         segments=fitted,
-        segmenter=toolbox.segmenter.key,
+        segmenter=segmentation.segmenter,
         warnings=prepared.warnings,
         timings={**prepared.timings, **segmentation.timings, **ctx.timings},
         sdf=segmentation.sdf,
         remarks=segmentation.remarks,
     )
+
+
+def _keep(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Analysis:
+    return keep(inputs["analyses"])
 
 
 def _grips(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> ComponentGrips:
@@ -222,7 +230,7 @@ def _held_scene(inputs: Mapping[str, Any], held: Participant, plan: Plan) -> tup
 
 
 def _select(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:
-    verdicts = [without_barred(verdict, inputs["barred"].get(verdict.operation)) for verdict in inputs["verdicts"]]
+    verdicts = [without_barred(verdict, inputs["barred"].get(verdict.operation, {})) for verdict in inputs["verdicts"]]
     options = dataclasses.replace(select.options_of(plan), owned=inputs["owned"])
     return select.select(inputs["task"], verdicts, inputs["actuators"], options, toolbox, ctx)
 
@@ -273,9 +281,10 @@ STAGES: Mapping[str, Stage] = {
         Stage(name="owned", function=_owned, uses=("hand",), plan_fields=("owned",)),
         Stage(name="prepare", function=_prepare),
         Stage(name="segment", function=_segment, uses=("segmenter",), plan_fields=("seed",), version=2),
-        Stage(name="fit", function=_fit, uses=("segmenter", "fitter"), plan_fields=("seed",), version=2),
+        Stage(name="fit", function=_fit, uses=("fitter",), plan_fields=("seed",), version=2),
+        Stage(name="keep", function=_keep),
         Stage(name="grips", function=_grips, uses=("affordance", "rule"), plan_fields=("plan", "seed")),
-        Stage(name="constraints", function=_constraints, uses=("hand", "planner"), plan_fields=("plan", *_GRASPING)),
+        Stage(name="constraints", function=_constraints, uses=("hand", "planner"), plan_fields=("plan", *_GRASPING), version=2),
         Stage(
             name="select",
             function=_select,

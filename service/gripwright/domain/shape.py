@@ -18,14 +18,15 @@ class Mesh:
     A prepared mesh is the mesh of the file with its long thin triangles divided, so that a face of it lies wholly inside
     one face of the file: `source_faces` names that face. Nothing moves by preparation; where threads were smoothed,
     `smooth_vertices_mm` holds the moved positions, for segmentation alone. Where the file is an exact model (STEP),
-    `cad_faces` numbers the model's own face that each triangle comes from; no two solids share a number.
+    `cad_faces` numbers the model's own face that each triangle comes from. Faces that continue each other on one surface
+    (the halves of a bore) share a number, those of different solids never do.
     """
 
     vertices_mm: FloatArray  # (n, 3)
     faces: IntArray  # (m, 3) vertex indices
     source_faces: IntArray | None = None  # (m,) face of the file, None: the file's own faces
     smooth_vertices_mm: FloatArray | None = None  # (n, 3)
-    cad_faces: IntArray | None = None  # (m,) from 0, None: the file has triangles only
+    cad_faces: IntArray | None = None  # (m,) from 0; None: the file has triangles alone
 
     @property
     def triangles_mm(self) -> FloatArray:
@@ -72,6 +73,15 @@ class Primitive(Protocol):
         ...
 
 
+@runtime_checkable
+class FollowedPrimitive(Primitive, Protocol):
+    """A primitive that also says which surface lies on it. Optional: without it a segment counts as a whole, by `rms_mm`."""
+
+    def follows(self, points_mm: FloatArray, normals: FloatArray, tolerance_mm: float, angle_rad: float) -> BoolArray:
+        """Which points (n, 3) with outward unit normals (n, 3) lie on the surface of the closed primitive, (n,)."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Cylinder:
     """A right circular cylinder: `center_C` is the midpoint of its axis, `height_mm` its full height along `axis_C`."""
@@ -86,12 +96,27 @@ class Cylinder:
     surface_filled: bool
     radius_sigma_mm: float = 0.0  # standard error of the radius
     axis_sigma_rad: float = 0.0  # standard error of the axis direction
+    bore: "Cylinder | None" = None  # of an outer surface: the bore that the same segment has besides, if it is filled
     kind: str = field(default="cylinder", init=False)
 
     @property
     def volume_mm3(self) -> float:
         """π r² h."""
         return float(np.pi * self.radius_mm**2 * self.height_mm)
+
+    def follows(self, points_mm: FloatArray, normals: FloatArray, tolerance_mm: float, angle_rad: float) -> BoolArray:
+        """See `FollowedPrimitive`; chords of `angle_rad` lie deeper, and a bore has no end faces."""
+        along = (points_mm - self.center_C) @ self.axis_C  # (n,)
+        radial = points_mm - self.center_C - np.outer(along, self.axis_C)  # (n, 3)
+        distance, sign = np.linalg.norm(radial, axis=1), -1.0 if self.internal else 1.0
+        beyond = np.abs(along) - self.height_mm / 2.0
+        depth = self.radius_mm - distance  # of a chord: up to r (1 − cos)
+        turned = (normals * radial).sum(axis=1) * sign >= np.cos(angle_rad) * distance
+        chord_mm = self.radius_mm * (1.0 - np.cos(angle_rad))
+        lateral = turned & (depth >= -tolerance_mm) & (depth <= tolerance_mm + chord_mm) & (beyond <= tolerance_mm)
+        end = (np.abs(beyond) <= tolerance_mm) & (depth >= -tolerance_mm)
+        end &= normals @ self.axis_C * np.sign(along) >= np.cos(angle_rad)
+        return np.asarray(lateral if self.internal else lateral | end)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON values, mm and degrees."""
@@ -131,6 +156,13 @@ class Box:
     def surface_filled(self) -> bool:
         """Whether at least one pair of opposite faces is filled."""
         return bool(((self.filled[0::2] >= self.filled_min) & (self.filled[1::2] >= self.filled_min)).any())
+
+    def follows(self, points_mm: FloatArray, normals: FloatArray, tolerance_mm: float, angle_rad: float) -> BoolArray:
+        """See `FollowedPrimitive`: the points on the six faces."""
+        places = (points_mm - self.X_CB[:3, 3]) @ self.X_CB[:3, :3]  # (n, 3)
+        outwards = normals @ self.X_CB[:3, :3] * np.sign(places)
+        near = np.abs(np.abs(places) - self.extents_mm / 2.0) <= tolerance_mm
+        return np.asarray((near & (outwards >= np.cos(angle_rad))).any(axis=1))
 
     def to_dict(self) -> dict[str, Any]:
         """JSON values, mm."""

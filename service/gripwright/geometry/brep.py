@@ -5,7 +5,7 @@ Stored form: OCP's binary BRep stream without triangulation; a solid built by th
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,6 +34,8 @@ from OCP.TopoDS import TopoDS, TopoDS_Shape
 
 from gripwright.domain.errors import InvalidGeometry
 from gripwright.domain.shape import FloatArray, Mesh
+from gripwright.geometry.adjacency import face_adjacency
+from gripwright.geometry.exact_surfaces import continued_faces
 
 Shape = Any
 """An OCP `TopoDS_Shape`; the bindings carry no types."""
@@ -110,7 +112,7 @@ def bounds_mm(shape: Shape) -> FloatArray:
 def tessellate(shape: Shape, deviation_mm: float = 0.02, angle_rad: float = 0.25) -> Mesh:
     """The closed outer surface as triangles, at most `deviation_mm` away from it; the shape itself stays without triangles.
 
-    `cad_faces` numbers the shape's faces in the order in which it holds them.
+    `cad_faces` numbers the shape's faces; those that continue each other on one surface have one number.
     """
     copy = BRepBuilderAPI_Copy(shape, True, False).Shape()
     BRepMesh_IncrementalMesh(copy, deviation_mm, False, angle_rad, False)
@@ -118,8 +120,9 @@ def tessellate(shape: Shape, deviation_mm: float = 0.02, angle_rad: float = 0.25
     triangles: list[FloatArray] = []
     sizes: list[int] = []
     count = 0
-    for face in _parts(copy, TopAbs_ShapeEnum.TopAbs_FACE):
-        face_points, face_triangles = _face_triangles(face)
+    parts = _parts(copy, TopAbs_ShapeEnum.TopAbs_FACE)
+    for part in parts:
+        face_points, face_triangles = _face_triangles(part)
         points.append(face_points)
         triangles.append(face_triangles + count)
         sizes.append(len(face_triangles))
@@ -129,8 +132,10 @@ def tessellate(shape: Shape, deviation_mm: float = 0.02, angle_rad: float = 0.25
     _, first, inverse = np.unique(np.round(vertices / _WELD_MM), axis=0, return_index=True, return_inverse=True)
     faces = inverse.reshape(-1)[faces]
     distinct = (faces != np.roll(faces, 1, axis=1)).all(axis=1)  # (m,)
-    numbers = np.repeat(np.arange(len(sizes)), sizes)  # (m,)
-    return Mesh(vertices_mm=vertices[first], faces=faces[distinct], cad_faces=numbers[distinct])
+    mesh = Mesh(vertices_mm=vertices[first], faces=faces[distinct])
+    part_of_face = np.repeat(np.arange(len(parts)), sizes)[distinct]  # (m,)
+    neighbours = np.unique(part_of_face[face_adjacency(mesh).pairs], axis=0)  # (e, 2)
+    return replace(mesh, cad_faces=continued_faces(parts, neighbours)[part_of_face])
 
 
 def _face_triangles(face: Shape) -> tuple[FloatArray, FloatArray]:

@@ -30,8 +30,11 @@ class Plugin(Protocol):
 class Segmenter(Plugin, Protocol):
     """Divides a component's surface into segments."""
 
-    def segment(self, component: Component, ctx: RunContext) -> Sequence[Segment]:
-        """Partition the faces of `component.mesh`. Every face is in exactly one segment; ids count from 0."""
+    def segment(self, component: Component, ctx: RunContext) -> Sequence[Segment] | Rejection:
+        """Partition the faces of `component.mesh`: every face is in exactly one segment, ids count from 0.
+
+        A Rejection says what the segmenter needs that the mesh has not; the design is then refused.
+        """
         ...
 
 

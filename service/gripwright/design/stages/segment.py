@@ -5,15 +5,21 @@ from collections.abc import Sequence
 import numpy as np
 
 from gripwright.domain.assembly import Component
-from gripwright.domain.errors import PluginFailure
+from gripwright.domain.errors import PluginFailure, Rejection
 from gripwright.domain.shape import IntArray, Mesh, Segment
 from gripwright.geometry.measures import face_areas_mm2
 from gripwright.plugin_api import RunContext, Segmenter
 
 
-def segment(component: Component, segmenter: Segmenter, ctx: RunContext) -> tuple[Segment, ...]:
-    """Segments of the component's prepared mesh; `PluginFailure` where the plug-in returns no partition of its faces."""
-    segments = tuple(segmenter.segment(component, ctx))
+def segment(component: Component, segmenter: Segmenter, ctx: RunContext) -> tuple[Segment, ...] | Rejection:
+    """Segments of the component's prepared mesh, or why the segmenter makes none of it.
+
+    `PluginFailure` where the plug-in returns no partition of the mesh's faces.
+    """
+    answer = segmenter.segment(component, ctx)
+    if isinstance(answer, Rejection):
+        return answer
+    segments = tuple(answer)
     fault = _partition_fault(segments, len(component.mesh.faces))
     if fault:
         raise PluginFailure(
