@@ -52,7 +52,7 @@ def test_what_the_segmenter_cannot_divide_is_its_rejection() -> None:
 
 
 class FirstStages:
-    """A runner that prepares nothing and rejects the meshes without CAD faces; no later stage may be asked for."""
+    """A runner that prepares nothing, rejects the meshes without CAD faces, and fits nothing to the others."""
 
     def __init__(self) -> None:
         self._values: list[Any] = []
@@ -67,7 +67,7 @@ class FirstStages:
     def map(self, stage: str, calls: Sequence[Mapping[str, Any]]) -> list[str]:
         if stage == "prepare":
             return [call["mesh"]["ref"] for call in calls]
-        assert stage == "segment"
+        assert stage in ("segment", "fit"), "a stage after the refusal"
         meshes = [self.get(call["prepared"]["ref"]) for call in calls]
         return [self.put(Rejection("no-cad-faces", "has none") if mesh.cad_faces is None else ()) for mesh in meshes]
 
