@@ -1,6 +1,6 @@
 """An assembly sequence given apart from its product. Imports no mesh library."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -52,3 +52,20 @@ def operation_of(entry: OperationEntry) -> Operation:
         force_N=entry.force,
         fit=entry.fit,
     )
+
+
+def operations_document(operations: Iterable[Operation]) -> dict[str, Any]:
+    """`{"operations": […]}` of operations of the calculation; `operation_of` is its inverse."""
+    return {
+        "operations": [
+            {
+                "id": operation.id,
+                "active": list(operation.active),
+                "passive": list(operation.passive),
+                "pose_before": operation.motion[0].tolist(),
+                "waypoints": operation.motion[1:-1].tolist(),
+                "pose_after": operation.motion[-1].tolist(),
+            }
+            for operation in operations
+        ]
+    }

@@ -1,5 +1,6 @@
 """`gripwright design`."""
 
+import dataclasses
 import json
 import os
 import shutil
@@ -11,17 +12,21 @@ from typing import Annotated, Any
 import typer
 
 from gripwright.cad.limits import DEFAULT_LIMITS
+from gripwright.cad.operations import operations_document
 from gripwright.cad.package import read_package
 from gripwright.cli.options import OWNED_HELP, SET_HELP, owned_setting
 from gripwright.cli.run import runner_of, shown_progress
 from gripwright.design import pipeline
-from gripwright.domain.errors import Fault, InvalidInput
+from gripwright.domain.assembly import AssemblyTask
+from gripwright.domain.errors import Fault, InvalidInput, Rejection
 from gripwright.jobs.catalogue import catalogue
 from gripwright.jobs.child import preload
+from gripwright.jobs.local import LocalRunner
+from gripwright.jobs.steps import SEQUENCE_STAGES_AT
 from gripwright.settings import load_settings
 
 INCOMPLETE = 3
-DOCUMENT = "design.json"
+DOCUMENT, SEQUENCE = "design.json", "operations.json"
 
 
 def design(
@@ -29,6 +34,7 @@ def design(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="the design folder; an earlier design in it is replaced")],
     options: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help=SET_HELP)] = None,
     operations: Annotated[Path | None, typer.Option(help="the assembly sequence, instead of the package's own")] = None,
+    propose_sequence: Annotated[bool, typer.Option(help="propose the assembly sequence, straight motions")] = False,
     owned: Annotated[Path | None, typer.Option(metavar="FILE", help=OWNED_HELP)] = None,
 ) -> None:
     """The whole job: from a product package to its grippers.
@@ -36,6 +42,9 @@ def design(
     Exit code 0: complete, 1: the input is refused, 3: some component has no feasible gripper (the design says why).
     """
     _require_place(out)
+    if propose_sequence and operations is not None:
+        fault = Fault("--propose-sequence", "excludes --operations: the sequence is given or proposed")
+        raise InvalidInput("two assembly sequences", faults=(fault,))
     options = [*(options or []), *(owned_setting(owned) if owned is not None else [])]
     settings = load_settings()
     with shown_progress() as show:
@@ -43,15 +52,34 @@ def design(
         if product.exists():
             preload()  # while the package is read
         task = read_package(product, DEFAULT_LIMITS, operations)
+        proposal: dict[str, bytes] = {}
+        if propose_sequence:
+            task = _with_proposed_sequence(task, runner_of(settings, options, show, SEQUENCE_STAGES_AT))
+            proposal[SEQUENCE] = json.dumps(operations_document(task.operations), indent=1).encode()
         runner = runner_of(settings, options, show)
         result = pipeline.design(task, catalogue(settings), runner.plan, runner)
         (folder,) = runner.map("export", [{"result": {"ref": result}}])
         files = runner.get(folder)
-    write_folder(out, files)
+    write_folder(out, {**files, **proposal})
     document = json.loads(files[DOCUMENT])
     _summarise(document, out)
     if document["status"] != "complete":
         raise typer.Exit(INCOMPLETE)
+
+
+def _with_proposed_sequence(task: AssemblyTask, runner: LocalRunner) -> AssemblyTask:
+    """The task with a sequence made from its finished product, in place of its own; InvalidInput where there is none."""
+    meshes = [{"mesh": {"ref": runner.put(component.mesh)}} for component in task.components]
+    prepared = runner.map("prepare", meshes)
+    components = [
+        {"component": {"ref": runner.put(pipeline.without_mesh(component))}, "prepared": {"ref": ref}}
+        for component, ref in zip(task.components, prepared, strict=True)
+    ]
+    (proposed,) = runner.map("propose", [{"components": components}])
+    answer = runner.get(proposed)
+    if isinstance(answer, Rejection):
+        raise InvalidInput("no assembly sequence can be proposed", faults=(Fault("--propose-sequence", answer.detail),))
+    return dataclasses.replace(task, operations=answer)
 
 
 def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:

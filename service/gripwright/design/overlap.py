@@ -54,7 +54,7 @@ def deepest_overlap(motion: FloatArray, active: Sequence[Body], passive: Sequenc
                         passive=fixed.component.id,
                         depth_mm=depth,
                         place_P=points_P[index],
-                        share=number / (len(poses) - 1),
+                        share=number / max(len(poses) - 1, 1),
                     )
     return worst
 

@@ -6,9 +6,13 @@ from typing import Any
 
 from gripwright.design.plan import Plan
 from gripwright.design.result import segment_shape
+from gripwright.design.scenes import Body
+from gripwright.design.sequence_proposal import propose_sequence
 from gripwright.design.steps import STAGES as DESIGN_STAGES
 from gripwright.design.steps import Stage
 from gripwright.design.toolbox import Toolbox
+from gripwright.domain.assembly import Operation
+from gripwright.domain.errors import Rejection
 from gripwright.domain.shape import Analysis
 from gripwright.plugin_api import RunContext
 from gripwright.report.folder import design_folder
@@ -35,6 +39,13 @@ def describe_analysis(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, c
     }
 
 
+def propose(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> tuple[Operation, ...] | Rejection:
+    """An assembly sequence of components in their places, or why there is none."""
+    del toolbox, ctx
+    bodies = [Body(component=item["component"], solid=item["prepared"].solid) for item in inputs["components"]]
+    return propose_sequence(bodies, plan.contact_tolerance)
+
+
 STAGES: Mapping[str, Stage] = MappingProxyType(
     {**DESIGN_STAGES, "export": Stage(name="export", function=export, uses=("hand",), version=4)}
 )
@@ -42,8 +53,13 @@ STAGES: Mapping[str, Stage] = MappingProxyType(
 
 ANALYSIS_STAGES: Mapping[str, Stage] = MappingProxyType(
     {
-        **{name: DESIGN_STAGES[name] for name in ("prepare", "segment", "fit")},
+        **{name: DESIGN_STAGES[name] for name in ("prepare", "segment", "fit", "keep")},
         "describe": Stage(name="describe", function=describe_analysis, version=2),
     }
 )
 """Of the analysis of one component."""
+
+SEQUENCE_STAGES: Mapping[str, Stage] = MappingProxyType(
+    {"prepare": DESIGN_STAGES["prepare"], "propose": Stage(name="propose", function=propose, plan_fields=("contact_tolerance",))}
+)
+"""Of the proposal of an assembly sequence."""

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
-from gripwright.design.pipeline import Ref
 from gripwright.design.plan import Plan
 from gripwright.design.records import RecordTypes, dumps, loads, record_types
+from gripwright.design.runner import Ref
 from gripwright.design.toolbox import PluginVersion, record_classes
 from gripwright.domain.errors import GripwrightError, PluginFailure
 from gripwright.jobs.child import ChildFailure, Limits, Progress, run_in_child
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 STAGES_AT, ANALYSIS_STAGES_AT = "gripwright.jobs.stages:STAGES", "gripwright.jobs.stages:ANALYSIS_STAGES"
+SEQUENCE_STAGES_AT = "gripwright.jobs.stages:SEQUENCE_STAGES"
 _CONTEXT_FIELDS = {"seed": "seed", "min_contact": "min_contact_mm", "margin": "margin_mm"}  # of the plan → of RunContext
 
 Versions = Mapping[str, PluginVersion]
@@ -106,11 +107,17 @@ def resolve_plan(workshop: Workshop, plan: Plan) -> tuple[Plan, dict[str, Plugin
 
 def step_call(stage: "Stage", inputs: Mapping[str, Any], plan: Plan, versions: Versions) -> StepCall:
     """The call with its key: the hash of the stage and its version, the inputs, and all of the plan that the stage may see."""
-    used = {name: version for name, version in versions.items() if name.split("/")[0] in stage.uses}
+    used = {name: version for name, version in versions.items() if _uses(stage, name, inputs)}
     fields = plan.model_dump(mode="json", include=set(stage.plan_fields))
     identity = [stage.name, stage.version, dict(inputs), fields, list(used.items())]
     key = hashlib.sha256(json.dumps(identity, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
     return StepCall(stage=stage.name, inputs=dict(inputs), plan=plan.model_dump(mode="json"), versions=used, key=key)
+
+
+def _uses(stage: "Stage", plugin: str, inputs: Mapping[str, Any]) -> bool:
+    """Whether a stage uses the plug-in "kind/key": of a kind that it uses, and the one that the call names if it names one."""
+    kind, _, key = plugin.partition("/")
+    return kind in stage.uses and inputs.get(kind, key) == key
 
 
 def run_step(
