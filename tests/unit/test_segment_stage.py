@@ -67,7 +67,6 @@ class FirstStages:
     def map(self, stage: str, calls: Sequence[Mapping[str, Any]]) -> list[str]:
         if stage == "prepare":
             return [call["mesh"]["ref"] for call in calls]
-        assert stage in ("segment", "fit"), "a stage after the refusal"
         meshes = [self.get(call["prepared"]["ref"]) for call in calls]
         return [self.put(Rejection("no-cad-faces", "has none") if mesh.cad_faces is None else ()) for mesh in meshes]
 
