@@ -128,7 +128,7 @@ def test_an_optional_further_argument_is_no_fault(site):
 def test_a_toolbox_holds_the_plugins_of_the_plan_with_its_parameters(good):
     toolbox = build_toolbox(plan_of({**FAKE_OPTIONS, "fake.rays": 5}), load(GOOD))
 
-    assert toolbox.segmenter.params.rays == 5
+    assert toolbox.segmenters["fake"].params.rays == 5
     assert toolbox.versions["segmenter/fake"] == {"distribution": GOOD, "version": "1.0", "params": {"rays": 5}}
     assert set(toolbox.hands) == {"parallel-2"}
 

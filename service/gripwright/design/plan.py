@@ -7,6 +7,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from gripwright.domain.errors import Fault, InvalidPlan
 
+BEST, BEST_OF = "best", ("sdf", "primitives")
+"""`segmenter=best` runs these; where they explain alike, the first is kept."""
+
 Length = Annotated[float, Field(ge=0, le=1e4)]
 
 
@@ -37,7 +40,9 @@ class Plan(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     plan: Literal["default", "paper"] = Field("default", description="'paper': the paper's own method and no more")
-    segmenter: str = Field("sdf", description="key of the segmenter")
+    segmenter: str = Field(
+        "sdf", description=f"key of the segmenter; '{BEST}': of {' and '.join(BEST_OF)} the one whose primitives explain more"
+    )
     fitters: tuple[str, ...] = Field(("cylinder", "box"), min_length=1, description="keys of the primitive fitters that compete")
     affordance: tuple[str, ...] = Field(("marked", "threads", "teeth"), description="keys of the affordance detectors")
     rules: tuple[str, ...] = Field(
@@ -68,6 +73,11 @@ class Plan(BaseModel):
         if twice:
             raise ValueError(f"two owned grippers have the name {twice[0]!r}")
         return owned
+
+    @property
+    def segmenters(self) -> tuple[str, ...]:
+        """Keys of the segmenters that are run; of several, the better answer is kept for each component."""
+        return BEST_OF if self.segmenter == BEST else (self.segmenter,)
 
     @property
     def enforce_hold(self) -> bool:

@@ -24,6 +24,7 @@ class PreparedShape:
 class Segmentation:
     """The segments of a prepared mesh and the labels of the file's faces; `sdf` and `remarks` as in `Analysis`."""
 
+    segmenter: str
     segments: tuple[Segment, ...]
     source_labels: IntArray
     timings: dict[str, float]

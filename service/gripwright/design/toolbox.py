@@ -33,7 +33,7 @@ class PluginVersion(TypedDict):
 class Toolbox:
     """The chosen plug-ins of each kind, in the order of the plan where the order matters."""
 
-    segmenter: Segmenter
+    segmenters: Mapping[str, Segmenter]  # by key
     fitters: Mapping[str, PrimitiveFitter]  # by key
     affordance: tuple[AffordanceDetector, ...]
     rules: tuple[GripperRule, ...]  # the preferred one first

@@ -14,8 +14,8 @@ from typing import Any
 from dbos import DBOS, DBOSConfig, SetWorkflowID, WorkflowSerializationFormat, WorkflowStatusString
 
 import gripwright
-from gripwright.design.pipeline import Ref
 from gripwright.design.plan import Plan
+from gripwright.design.runner import Ref
 from gripwright.design.toolbox import PluginVersion
 from gripwright.domain.errors import Cancelled, Fault, GripwrightError
 from gripwright.jobs.child import Refused

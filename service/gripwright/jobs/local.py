@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from typing import Any
 
-from gripwright.design.pipeline import Ref
 from gripwright.design.plan import Plan
+from gripwright.design.runner import Ref
 from gripwright.jobs.engine import OnProgress
 from gripwright.jobs.progress import design_fraction
 from gripwright.jobs.steps import StepCall, Workshop, load_stages, resolve_plan, run_step, step_call

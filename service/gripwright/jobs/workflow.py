@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from gripwright.design.pipeline import Ref, Runner
 from gripwright.design.plan import Plan, plan_of
 from gripwright.design.records import loads, record_types
+from gripwright.design.runner import Ref, Runner
 from gripwright.design.toolbox import PluginVersion, record_classes
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.errors import Cancelled, GripwrightError

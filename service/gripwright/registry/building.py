@@ -36,7 +36,7 @@ def build_toolbox(plan: Plan, registry: Registry) -> Toolbox:
         for gripper_type in sorted(planner.gripper_types):
             planners[gripper_type].append(planner)
     return Toolbox(
-        segmenter=built["segmenter"][plan.segmenter],
+        segmenters=built["segmenter"],
         fitters=built["fitter"],
         affordance=tuple(built["affordance"].values()),
         rules=tuple(built["rule"].values()),

@@ -54,7 +54,9 @@ def chosen(plan: Plan) -> Iterator[tuple[str, str, str]]:
     """(pointer, kind, key) of every plug-in that the plan names."""
     for field, kind in CHOICES.items():
         value = getattr(plan, field)
-        if isinstance(value, str):
+        if kind == "segmenter":
+            yield from ((f"/options/{field}", kind, key) for key in plan.segmenters)
+        elif isinstance(value, str):
             yield f"/options/{field}", kind, value
         else:
             for index, key in enumerate(value):
