@@ -39,7 +39,10 @@ class CylinderFitter:
         refused = [self._refused(one) for one in found]
         usable = [one for one, no in zip(found, refused, strict=True) if no is None]
         if usable:
-            return self._cylinder(min(usable, key=self._rank))
+            best = min(usable, key=self._rank)
+            bores = (one for one in usable if one.sign < 0 < best.sign and self._filled(one))
+            bore = max(bores, key=lambda one: one.score, default=None)
+            return self._cylinder(best, None if bore is None else self._cylinder(bore))
         return next(
             (no for no in refused if no is not None), Rejection("no-cylinder", "no part of the surface follows a cylinder")
         )
@@ -61,7 +64,7 @@ class CylinderFitter:
             )
         return None
 
-    def _cylinder(self, found: FoundCylinder) -> Cylinder:
+    def _cylinder(self, found: FoundCylinder, bore: Cylinder | None = None) -> Cylinder:
         fit, lateral = found.fit, found.lateral
         return Cylinder(
             center_C=fit.point_mm + fit.axis * (lateral.low_mm + lateral.high_mm) / 2.0,
@@ -74,6 +77,7 @@ class CylinderFitter:
             surface_filled=self._filled(found),
             radius_sigma_mm=fit.radius_sigma_mm,
             axis_sigma_rad=fit.axis_sigma_rad,
+            bore=bore,
         )
 
     def _filled(self, found: FoundCylinder) -> bool:

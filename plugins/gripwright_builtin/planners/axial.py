@@ -7,13 +7,14 @@ import numpy as np
 from pydantic import Field
 
 from gripwright.domain.assembly import Component
-from gripwright.domain.grasp import CENTRIC_3, Grasp, GripRequirement
+from gripwright.domain.grasp import CENTRIC_3, INTERNAL, Grasp, GripRequirement
 from gripwright.domain.shape import Cylinder, FloatArray, Segment
 from gripwright.geometry.frames import any_perpendicular, pose
 from gripwright.geometry.measures import face_normals
 from gripwright.plugin_api import HandModel, Params, RunContext
 
 _COARSE = 37  # from so many facets about the axis on, any direction is within 5° of a facet's normal
+_OFF_BOTTOM_MM = 0.3  # the tips stay above the bottom of a blind bore, also while they let go
 
 
 class AxialSettings(Params):
@@ -44,7 +45,8 @@ class AxialPlanner:
         x = any_perpendicular(cylinder.axis_C)
         turns = self._rotations(component, segment, cylinder, x, hand.fingers)
         grasps = []
-        for depth in self._depths(cylinder.height_mm, ctx.min_contact_mm):
+        off_bottom = _OFF_BOTTOM_MM + ctx.margin_mm if requirement.grip == INTERNAL else None
+        for depth in self._depths(cylinder.height_mm, ctx.min_contact_mm, off_bottom):
             for approach in requirement.approach_C:
                 tips = cylinder.center_C + approach * (depth - cylinder.height_mm / 2.0)
                 for turn in turns:
@@ -60,11 +62,14 @@ class AxialPlanner:
                     )
         return grasps
 
-    def _depths(self, height_mm: float, min_contact_mm: float) -> FloatArray:
+    def _depths(self, height_mm: float, min_contact_mm: float, off_bottom_mm: float | None) -> FloatArray:
+        """Depths of the tips, ascending; within a bore also one that stays that far off its end."""
         least = min(height_mm, min_contact_mm + self._params.contact_reserve)
         steps = np.array([least, least + 1.0, least + 2.5])  # past a chamfer or a fillet
+        deep = np.array([] if off_bottom_mm is None else [height_mm - off_bottom_mm])
         regular = np.linspace(least, height_mm, self._params.depths)
-        return np.asarray(np.unique(np.round(np.append(steps[steps <= height_mm], regular), 6)))
+        chosen = np.concatenate([steps[steps <= height_mm], deep[deep >= min(min_contact_mm, least)], regular])
+        return np.asarray(np.unique(np.round(chosen, 6)))
 
     def _rotations(self, component: Component, segment: Segment, cylinder: Cylinder, x: FloatArray, fingers: int) -> FloatArray:
         """Rotations of finger 1 about the axis, [0, 2π/fingers): regular ones, and on a coarse mesh those that meet facets."""

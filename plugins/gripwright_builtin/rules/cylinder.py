@@ -36,7 +36,10 @@ class ThreeFingerCylinder:
 
 
 class ThreeFingerBore:
-    """Select a centric gripper that spreads its fingers inside a bore of the fitted diameter."""
+    """Select a centric gripper that spreads its fingers inside a bore of the fitted diameter.
+
+    Of a segment with an outer surface and a bore, as a ring is, the bore counts.
+    """
 
     key: ClassVar[str] = "three_finger_bore"
     params_model: ClassVar[type[Params]] = Params
@@ -49,9 +52,10 @@ class ThreeFingerBore:
         """One requirement, along the axis from either end; `no-type` for an outer surface."""
         if not isinstance(fit, Cylinder):
             return Rejection(_NO_TYPE, f"primitive is a {fit.kind}, not a cylinder")
-        if not fit.internal:
+        bore = fit if fit.internal else fit.bore
+        if bore is None:
             return Rejection(_NO_TYPE, f"the cylinder of diameter {2.0 * fit.radius_mm:.2f} mm is an outer surface, not a bore")
-        return [_requirement(fit, INTERNAL, self.key)]
+        return [_requirement(bore, INTERNAL, self.key)]
 
 
 def _requirement(fit: Cylinder, grip: str, rule: str) -> GripRequirement:

@@ -161,4 +161,6 @@ def _part(surface: Surface, X_CF: FloatArray, low: FloatArray, high: FloatArray,
     centres = transform(X_FC, surface.centres[ids])  # (k, 3)
     reach = surface.reach[ids, None]
     near = ids[((centres >= low - reach) & (centres <= high + reach)).all(axis=1)]
+    if not len(near):
+        return np.empty((0, 3, 3))
     return clip_to_box(transform(X_FC, surface.triangles[near]), low, high)

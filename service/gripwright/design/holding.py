@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gripwright.design.contact import Contact
+from gripwright.design.gripping_surface import GrippingSurface
 from gripwright.design.holding_load import Load, wrenches
 from gripwright.domain.grasp import Grasp, Hold
 from gripwright.domain.shape import Cylinder, FloatArray, Primitive
@@ -52,13 +53,24 @@ class Pad:
 PAD = Pad()
 
 
-def surface_radius_mm(primitive: Primitive) -> float:
-    """Radius of the surface across the finger; inf for a plane."""
-    return primitive.radius_mm if isinstance(primitive, Cylinder) else np.inf
+def contact_radius_mm(primitive: Primitive, gripping: GrippingSurface, pad: Pad = PAD) -> float:
+    """Radius of the relative curvature of a surface and the finger on it; inf for a flat finger on a plane.
+
+    Curvatures add up: 1/R of a cylinder, −1/R of a bore, 1/r of a nose. A nose that nearly fills its bore counts as no wider
+    than the finger.
+    """
+    surface = primitive.radius_mm if isinstance(primitive, Cylinder) else np.inf
+    nose = gripping.radius_mm
+    if not np.isfinite(nose):
+        return surface
+    bent = -1.0 if isinstance(primitive, Cylinder) and primitive.internal else 1.0
+    widest = (gripping.y_range[1] - gripping.y_range[0]) ** 2 / (8.0 * pad.compression * pad.thickness_mm)
+    curvature = 1.0 / nose + bent / surface
+    return min(1.0 / curvature, widest) if curvature > 0.0 else widest
 
 
 def hold(grasp: Grasp, touching: Sequence[Contact], radius_mm: float, load: Load, friction: float, pad: Pad = PAD) -> Hold:
-    """The least grip force that holds all wrenches of `load`; inf where none does. `radius_mm` as `surface_radius_mm` says."""
+    """The least grip force that holds all wrenches of `load`; inf where none does. `radius_mm` as `contact_radius_mm` says."""
     centres = np.array([contact.centre_C for contact in touching])  # (n, 3)
     middle = centres.mean(axis=0)
     loads = wrenches(load, middle, grasp.X_CG[:3, :3])  # (k, 6)

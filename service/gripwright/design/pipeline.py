@@ -77,11 +77,11 @@ def _grippers(problem: Mapping[str, Any], runner: Runner) -> tuple[Ref, list[Ref
             (gripper, cad) for gripper, cad in zip(grippers, map(runner.get, cads), strict=True) if isinstance(cad, Rejection)
         ]
         attempts.update({gripper.grip for gripper, _ in refused})
-        if not refused or max(attempts.values()) > _ATTEMPTS:
+        if not refused or max(attempts.values()) > 2 * _ATTEMPTS:
             return selection, cads
         for gripper, cad in refused:
             heaviest = max(gripper.handles, key=lambda handle: handle.hold.required_force_N)
-            last = attempts[gripper.grip] == _ATTEMPTS
+            last = attempts[gripper.grip] >= _ATTEMPTS
             for handle in gripper.handles if last else (heaviest,):
                 limit = {"force": 0.0 if last else handle.hold.required_force_N, "detail": cad.detail}
                 barred = {**barred, handle.operation: {**barred.get(handle.operation, {}), gripper.grip: limit}}

@@ -1,9 +1,11 @@
 """Convex solids as point sets: boxes, prisms, dilation and sweeps. All lengths in mm."""
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from gripwright.domain.shape import FloatArray
+from gripwright.domain.shape import FloatArray, IntArray
 
 _CORNERS = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 
@@ -50,8 +52,13 @@ def _is_prism(vertices: FloatArray, axis: int) -> bool:
 
 
 def hull_vertices(points: FloatArray) -> FloatArray:
-    """Those of the points that are corners of their convex hull."""
-    return np.asarray(points[ConvexHull(points).vertices])
+    """Those of the points that are corners of their convex hull; the same points are asked about again and again."""
+    return np.asarray(points[_hull_corners(points.tobytes())])
+
+
+@lru_cache(maxsize=1024)
+def _hull_corners(points: bytes) -> IntArray:
+    return np.asarray(ConvexHull(np.frombuffer(points).reshape(-1, 3)).vertices, dtype=np.int64)
 
 
 def swept(vertices: FloatArray, displacement: FloatArray) -> FloatArray:

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from gripwright.design.contact import Contact, Surface, contacts, forbidden_touch, seat
+from gripwright.design.gripping_surface import gripping_surface
 from gripwright.design.hand_check import HandCheck, Miss, OperationScene
-from gripwright.design.holding import hold, surface_radius_mm
+from gripwright.design.holding import contact_radius_mm, hold
 from gripwright.design.holding_load import operation_load
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import FreeGrasp, Grasp, GripRequirement, SegmentVerdict
+from gripwright.domain.grasp import INTERNAL, FreeGrasp, Grasp, GripRequirement, SegmentVerdict
 from gripwright.domain.shape import FloatArray, Mesh, SegmentAnalysis
 from gripwright.geometry.measures import submesh
 from gripwright.plugin_api import HandModel, RunContext
@@ -52,22 +53,29 @@ def judge_segment(
     free: list[FreeGrasp] = []
     misses: list[Miss] = []
     planned = 0
+    answered = requirements[0]
     for requirement in requirements:
         if free and requirement.primitive is not requirements[0].primitive:
             break  # another primitive of the segment is asked only where the first cannot be held
         hand = toolbox.hands[requirement.gripper_type]
+        narrow = _too_narrow(requirement, hand, scene.release_clearance_mm)
+        if narrow is not None:
+            misses.append(narrow)
+            continue
         check = HandCheck(scene, hand)
+        radius_mm = contact_radius_mm(requirement.primitive, gripping_surface(hand, requirement.grip))
         for planner in toolbox.planners[requirement.gripper_type]:
             with ctx.timed("grasps.plan"):
                 grasps = planner.plan(held.component, analysis.segment, requirement, hand, ctx)
             planned += len(grasps)
             with ctx.timed("constraints.check"):
-                found, missed = judge.first_free(grasps, hand, check, surface_radius_mm(requirement.primitive))
+                found, missed = judge.first_free(grasps, hand, check, radius_mm)
+            answered = requirement if found and not free else answered
             free += found
             misses += missed
     return SegmentVerdict(
         segment=analysis.segment.id,
-        requirement=requirements[0],
+        requirement=answered,
         grasps_planned=planned,
         free=tuple(free),
         rejection=None if free else _why_none(requirements, misses),
@@ -161,6 +169,20 @@ class _Judge:
             gap_mm=check.gap(grasp, reach, 10.0),
             hold=held,
         )
+
+
+def _too_narrow(requirement: GripRequirement, hand: HandModel, release_clearance_mm: float) -> Miss | None:
+    """Why the fingers do not fit into a bore, however they are put."""
+    if requirement.grip != INTERNAL:
+        return None
+    least = hand.opening_floor_mm(INTERNAL) + release_clearance_mm
+    if requirement.opening_width_mm >= least:
+        return None
+    detail = (
+        f"the bore of diameter {requirement.opening_width_mm:.2f} mm is too narrow for {hand.fingers} fingers: "
+        f"closed to let go they need {least:.2f} mm"
+    )
+    return Miss(stage=0, code="too-narrow", detail=detail)
 
 
 def _why_none(requirements: Sequence[GripRequirement], misses: Sequence[Miss]) -> Rejection:
