@@ -1,9 +1,13 @@
 """Faces of an exact solid that continue each other on one surface count as one."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
-from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_NurbsConvert
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
+from OCP.collections import Array2_gp_Pnt
+from OCP.Geom import Geom_BezierSurface
 from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
 from gripwright.geometry import brep
@@ -16,6 +20,15 @@ def halved(shape: brep.Shape) -> brep.Shape:
     """The solid glued of its two halves on either side of the plane y = 2: faces that cross it are two."""
     halves = [brep.common(shape, brep.box((-99, low, -99), (99, high, 99))) for low, high in ((-99, 2), (2, 99))]
     return BRepAlgoAPI_Fuse(*halves).Shape()
+
+
+def spline_patch(points: Sequence[Sequence[tuple[int, int, int]]]) -> brep.Shape:
+    """The face of a Bézier surface."""
+    poles = Array2_gp_Pnt(1, len(points), 1, len(points[0]))
+    for i, row in enumerate(points):
+        for j, point in enumerate(row):
+            poles.SetValue(i + 1, j + 1, gp_Pnt(*point))
+    return BRepBuilderAPI_MakeFace(Geom_BezierSurface(poles), 1e-6).Face()
 
 
 def face_count(shape: brep.Shape) -> int:
@@ -47,6 +60,13 @@ def test_a_cylinder_that_is_written_as_splines_is_one_face() -> None:
     assert face_count(splines) == 3
 
 
+def test_a_spline_that_open_cascade_cannot_examine_is_a_face_of_its_own() -> None:
+    rows = [(9, 4, 0), (0, -4, 0), (-8, -9, -8)], [(7, 9, 5), (5, -1, 9), (2, 7, 5)], [(-1, 0, -6), (4, 1, 3), (-5, -9, -6)]
+    with_a_pole = [[(9, 5, 5)] * 3, *rows]
+
+    assert face_count(spline_patch(with_a_pole)) == 1
+
+
 def test_surfaces_that_only_touch_are_told_apart() -> None:
     rounded = brep.fuse(brep.cylinder_z(0.0, 0.0, 5.0, 0.0, 9.0), brep.box((0, -5, 0), (20, 5, 9)))
     stepped = brep.fuse(brep.cylinder_z(0.0, 0.0, 5.0, 0.0, 9.0), brep.cylinder_z(0.0, 0.0, 5.0005, 9.0, 20.0))
@@ -60,5 +80,6 @@ def test_planes_in_line_that_do_not_meet_are_faces_of_their_own() -> None:
 
     mesh = brep.tessellate(comb)
 
+    assert mesh.cad_faces is not None
     tops = set(mesh.cad_faces[face_centres_mm(mesh)[:, 2] > 10.0 - 1e-9].tolist())
     assert len(tops) == 2

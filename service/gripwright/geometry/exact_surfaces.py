@@ -9,6 +9,14 @@ from OCP.BRep import BRep_Tool
 from OCP.GeomAbs import GeomAbs_SurfaceType
 from OCP.GeomAdaptor import GeomAdaptor_Surface
 from OCP.GeomConvert import GeomConvert_SurfToAnaSurf
+from OCP.Standard import (
+    Standard_ConstructionError,
+    Standard_DomainError,
+    Standard_Failure,
+    Standard_NumericError,
+    Standard_OutOfRange,
+)
+from OCP.StdFail import StdFail_NotDone
 from OCP.TopoDS import TopoDS
 
 from gripwright.domain.shape import FloatArray, IntArray
@@ -18,6 +26,16 @@ SAME_MM, SAME_RAD = 1e-4, 1e-5
 """Surfaces that differ by less are one: above the digits that STEP files are rounded to, below any step that is meant."""
 
 _PLANE, _CYLINDER = GeomAbs_SurfaceType.GeomAbs_Plane, GeomAbs_SurfaceType.GeomAbs_Cylinder
+
+_UNSUITED = (
+    Standard_ConstructionError,
+    Standard_DomainError,
+    Standard_Failure,
+    Standard_NumericError,
+    Standard_OutOfRange,
+    StdFail_NotDone,
+)
+"""What Open CASCADE raises over a surface that it cannot examine; in Python these have no base class in common."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,9 +77,8 @@ def _are_same(first: _Surface | None, second: _Surface | None) -> bool:
 
 
 def _surface_of(face: Any) -> _Surface | None:
-    """The surface of a face; None where it is of another kind. Some CAD systems write cylinders as splines."""
-    given = BRep_Tool.Surface_s(TopoDS.Face(face))
-    adaptor = GeomAdaptor_Surface(GeomConvert_SurfToAnaSurf(given).ConvertToAnalytical(SAME_MM) or given)
+    """The surface of a face; None where it is of another kind."""
+    adaptor = GeomAdaptor_Surface(_recognised(BRep_Tool.Surface_s(TopoDS.Face(face))))
     kind = adaptor.GetType()
     match kind:
         case GeomAbs_SurfaceType.GeomAbs_Plane:
@@ -83,6 +100,14 @@ def _surface_of(face: Any) -> _Surface | None:
             point, axis = _vector(torus.Location()), _vector(torus.Axis().Direction())
             return _Surface(kind=kind, point_mm=point, axis=axis, radii_mm=(torus.MajorRadius(), torus.MinorRadius()))
     return None
+
+
+def _recognised(surface: Any) -> Any:
+    """A Geom_Surface as the plane, cylinder, … that it is: some CAD systems write all surfaces as splines."""
+    try:
+        return GeomConvert_SurfToAnaSurf(surface).ConvertToAnalytical(SAME_MM) or surface
+    except _UNSUITED:  # a degenerate spline, such as one with a pole, is none of them
+        return surface
 
 
 def _vector(point: Any) -> FloatArray:
