@@ -35,7 +35,7 @@ class BrepSegmenter:
         mesh = component.mesh
         if mesh.cad_faces is None:
             return Rejection(
-                "no-cad-faces", "its file has triangles alone, 0 faces of a CAD model (STEP has them): use segmenter=sdf"
+                "no-cad-faces", "its file has triangles alone, not the faces of a CAD model as STEP has: use segmenter=sdf"
             )
         with ctx.timed("segment.adjacency"):
             surface = surface_of(mesh)
