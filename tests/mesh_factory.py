@@ -54,6 +54,17 @@ def plate_with_bosses(sections: int) -> Mesh:
     return mesh_of(solid - manifold3d.Manifold.cylinder(20.0, 10.0, 10.0, sections).translate((40.0, 25.0, -5.0)))
 
 
+def housing(sections: int) -> Mesh:
+    """A box 80 × 60 × 40, hollow from above but for walls of 4, with a bearing seat (radius 15, bore 10) on one side."""
+    solid = manifold3d.Manifold.cube((80.0, 60.0, 40.0)) - manifold3d.Manifold.cube((72.0, 52.0, 40.0)).translate((4.0, 4.0, 4.0))
+    upright = manifold3d.Manifold.cylinder(14.0, 15.0, 15.0, sections) - manifold3d.Manifold.cylinder(
+        40.0, 10.0, 10.0, sections
+    ).translate((0, 0, -20.0))
+    seat = upright.rotate((0.0, 90.0, 0.0)).translate((78.0, 30.0, 20.0))
+    bore = manifold3d.Manifold.cylinder(20.0, 10.0, 10.0, sections).rotate((0.0, 90.0, 0.0)).translate((70.0, 30.0, 20.0))
+    return mesh_of(solid - bore + (seat - manifold3d.Manifold.cube((72.0, 52.0, 40.0)).translate((4.0, 4.0, 4.0))))
+
+
 def soup(mesh: Mesh) -> Mesh:
     """The same triangles as an STL file has them: no shared vertices."""
     return Mesh(vertices_mm=mesh.triangles_mm.reshape(-1, 3), faces=np.arange(3 * len(mesh.faces)).reshape(-1, 3))

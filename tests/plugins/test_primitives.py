@@ -14,7 +14,7 @@ from gripwright.geometry.measures import face_areas_mm2, face_centres_mm, face_n
 from gripwright.geometry.refine import refine
 from gripwright.plugin_api import RunContext
 from gripwright_builtin.segmenters.primitives import PrimitivesSegmenter
-from mesh_factory import SIX_STEPS, STEPPED_SHAFT, box_mesh, component_of, mesh_of, moved, soup, turned_mesh
+from mesh_factory import SIX_STEPS, STEPPED_SHAFT, box_mesh, component_of, housing, mesh_of, moved, soup, turned_mesh
 
 Manifold = manifold3d.Manifold
 Settings = PrimitivesSegmenter.Settings
@@ -32,17 +32,6 @@ def plate_with_four_bosses(sections: int) -> Mesh:
     for x in (40.0, 80.0):
         solid -= Manifold.cylinder(30.0, 14.0, 14.0, sections).translate((x, 40.0, -5.0))
     return mesh_of(solid)
-
-
-def housing(sections: int) -> Mesh:
-    """A box 80 × 60 × 40, hollow from above but for walls of 4, with a bearing seat (radius 15, bore 10) on one side."""
-    solid = Manifold.cube((80.0, 60.0, 40.0)) - Manifold.cube((72.0, 52.0, 40.0)).translate((4.0, 4.0, 4.0))
-    upright = Manifold.cylinder(14.0, 15.0, 15.0, sections) - Manifold.cylinder(40.0, 10.0, 10.0, sections).translate(
-        (0, 0, -20.0)
-    )
-    seat = upright.rotate((0.0, 90.0, 0.0)).translate((78.0, 30.0, 20.0))
-    bore = Manifold.cylinder(20.0, 10.0, 10.0, sections).rotate((0.0, 90.0, 0.0)).translate((70.0, 30.0, 20.0))
-    return mesh_of(solid - bore + (seat - Manifold.cube((72.0, 52.0, 40.0)).translate((4.0, 4.0, 4.0))))
 
 
 def knob(sections: int) -> Mesh:
