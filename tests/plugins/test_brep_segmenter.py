@@ -1,6 +1,7 @@
 """Segmentation by the faces of a STEP file: the features of the solid, whatever it was tessellated to."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,8 +12,10 @@ from gripwright.design.stages.prepare import PrepareSettings, prepare
 from gripwright.domain.errors import Rejection
 from gripwright.domain.shape import Box, IntArray, Mesh, Segment
 from gripwright.geometry import brep
+from gripwright.geometry.frames import transform
 from gripwright.geometry.measures import face_centres_mm
 from gripwright.plugin_api import RunContext
+from gripwright.testing.samples import TILTED
 from gripwright_builtin.fitters.box import BoxFitter
 from gripwright_builtin.segmenters.brep import BrepSegmenter
 from mesh_factory import box_mesh, component_of
@@ -88,6 +91,17 @@ def test_coarse_and_fine_tessellations_have_the_same_segments(shape: brep.Shape)
     assert len(fine.faces) != len(coarse.faces)
     assert partition.max() > 0
     assert np.array_equal(partition, segment_of_cad_face(fine))
+
+
+def test_neither_the_pose_nor_the_order_of_the_triangles_changes_the_segments() -> None:
+    mesh = prepared(brep.tessellate(plate_with_boss()))
+    order = np.random.default_rng(3).permutation(len(mesh.faces))
+
+    other = replace(
+        mesh, vertices_mm=transform(TILTED, mesh.vertices_mm), faces=mesh.faces[order], cad_faces=mesh.cad_faces[order]
+    )
+
+    assert np.array_equal(segment_of_cad_face(other), segment_of_cad_face(mesh))
 
 
 def test_a_mesh_without_cad_faces_is_rejected_with_what_to_do() -> None:
