@@ -42,6 +42,16 @@ def test_options_that_cannot_be_are_refused_with_their_place(client, product_id,
     assert pointer in [error["pointer"] for error in answer["errors"]]
 
 
+@pytest.mark.parametrize("segmenter", ["best", "primitives"])
+def test_a_segmenter_can_be_chosen_and_so_can_the_better_of_two(client, product_id, segmenter):
+    options = {"segmenter": segmenter, "primitives.angle": 15.0}
+
+    answer = client.post(f"/api/v1/products/{product_id}/designs", json={"options": options})
+
+    assert answer.status_code == 202
+    assert client.get(answer.headers["Location"]).json()["options"] == options
+
+
 def test_a_product_without_operations_cannot_be_designed_for(client, service, problem):
     product_id = store_product(service.database, service.artifacts, make_document(operations=[]))
 

@@ -119,6 +119,28 @@ def test_triangles_alone_have_no_faces_to_be_segmented_by(tmp_path):
     assert "segmenter=sdf" in answer.stderr
 
 
+def test_the_better_of_two_segmentations_is_kept_and_both_figures_are_told(tmp_path):
+    (tmp_path / "block.stl").write_bytes(stl_bytes(box_mesh((30.0, 20.0, 10.0))))
+    shape = tmp_path / "shape.json"
+
+    answer = run(
+        "analyse",
+        tmp_path / "block.stl",
+        "--units",
+        "mm",
+        "--set",
+        "segmenter=best",
+        "--json",
+        shape,
+        GRIPWRIGHT_DATA=str(tmp_path),
+    )
+
+    assert answer.returncode == 0, answer.stderr
+    remark = "sdf kept: its primitives explain 100.0 % of the surface, those of primitives 100.0 % (a tie: the first is kept)"
+    assert remark in answer.stdout.replace("\n", " ")
+    assert json.loads(shape.read_text())["remarks"] == [remark]
+
+
 def test_a_folder_that_is_no_design_is_not_overwritten(tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "thesis.tex").write_text("years of work")
