@@ -138,6 +138,8 @@ def _component(
         "id": component.id,
         "status": status,
         "detail": failed[0]["detail"] if failed else None,
+        "segmenter": analysis.segmenter,
+        "remarks": list(analysis.remarks),
         "segments": [_segment(item, analysis, judged.get(item.segment.id)) for item in analysis.segments],
     }
 

@@ -293,6 +293,6 @@ STAGES: Mapping[str, Stage] = {
         ),
         Stage(name="fingers", function=_fingers, uses=("finger", "hand"), plan_fields=("safety_factor", "seed")),
         Stage(name="verify", function=_verify, uses=("hand",), plan_fields=_GRASPING),
-        Stage(name="result", function=_result, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=2),
+        Stage(name="result", function=_result, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=3),
     )
 }

@@ -141,7 +141,8 @@ def _components(result: DesignResult, views: Views) -> str:
         rows = [_segment_row(segment) for segment in entry["segments"]]
         head = ["segment", "primitive", "gripper", "opening, mm", "L⁻, mm", "grasps free / planned", "rejected because"]
         caption = f"{len(rows)} segments by {escape(analysis.segmenter)}"
-        detail = f"<p>{escape(entry['detail'])}</p>" if entry["detail"] else ""
+        said = [text for text in (entry["detail"], *entry["remarks"]) if text]
+        detail = "".join(f"<p>{escape(text)}</p>" for text in said)
         parts.append(
             f'<h3>{escape(component.id)} · <span class="{_tone(entry["status"] == "covered")}">{escape(entry["status"])}'
             f'</span></h3>{detail}<div class="split">'
