@@ -1,21 +1,52 @@
-"""First hits of many rays on a mesh, by Embree."""
+"""First hits of many rays on a mesh: by Embree, or by NumPy on platforms that its wheels leave out."""
 
 import os
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
 from gripwright.domain.shape import FloatArray, IntArray
+from gripwright.geometry.ray_tree import RayTree
+
+try:
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+except ImportError:
+    EMBREE = False
+else:
+    EMBREE = True
 
 FloatArray32 = npt.NDArray[np.float32]
 IntArray32 = npt.NDArray[np.int32]
 
 CROSSINGS_MAX = 256
 """A ray's crossings are counted up to this number."""
+
+
+class Tracer(Protocol):
+    """What finds the first hits in a scene."""
+
+    def first_hits(self, origins: FloatArray32, directions: FloatArray32) -> tuple[FloatArray32, IntArray32, FloatArray32]:
+        """As `RayScene.first_hits`."""
+        ...
+
+
+class EmbreeTree:
+    """Embree's scene of one mesh."""
+
+    def __init__(self, vertices: FloatArray32, faces: IntArray) -> None:
+        self._scene = EmbreeScene(robust=True)
+        self._mesh = TriangleMesh(self._scene, vertices, np.ascontiguousarray(faces, dtype=np.int32))
+        # Embree builds its tree at the first query; do it here, before threads share the scene.
+        self.first_hits(np.zeros((1, 3), dtype=np.float32), np.ones((1, 3), dtype=np.float32))
+
+    def first_hits(self, origins: FloatArray32, directions: FloatArray32) -> tuple[FloatArray32, IntArray32, FloatArray32]:
+        """As `RayScene.first_hits`."""
+        found = self._scene.run(origins, directions, output=True)
+        return found["tfar"], found["primID"], found["Ng"]
 
 
 class RayScene:
@@ -26,10 +57,11 @@ class RayScene:
 
     def __init__(self, vertices_mm: FloatArray, faces: IntArray) -> None:
         self.centre_mm: FloatArray = (vertices_mm.min(axis=0) + vertices_mm.max(axis=0)) / 2.0
-        self._scene = EmbreeScene()
-        self._mesh = TriangleMesh(self._scene, self.centred(vertices_mm), np.ascontiguousarray(faces, dtype=np.int32))
-        # Embree builds its tree at the first query; do it here, before threads share the scene.
-        self.first_hits(np.zeros((1, 3), dtype=np.float32), np.ones((1, 3), dtype=np.float32))
+        self._tree: Tracer = (
+            EmbreeTree(self.centred(vertices_mm), faces)
+            if EMBREE
+            else RayTree(self.centred(vertices_mm), faces, morton_order(vertices_mm[faces].mean(axis=1)))
+        )
 
     def centred(self, points_mm: FloatArray) -> FloatArray32:
         """Points as the scene sees them, about its centre."""
@@ -40,8 +72,7 @@ class RayScene:
 
         Distance in lengths of the direction (r,), face (r,) −1 where nothing is hit, and the face's normal, not a unit (r, 3).
         """
-        found = self._scene.run(origins_mm, directions, output=True)
-        return found["tfar"], found["primID"], found["Ng"]
+        return self._tree.first_hits(origins_mm, directions)
 
     def crossings(self, origins_mm: FloatArray, directions: FloatArray, step_mm: float) -> IntArray:
         """How often each ray (r, 3) crosses the surface, (r,). Rays begin `step_mm` ahead, and so they do after each crossing."""

@@ -17,6 +17,8 @@ OUTLIER_LIMIT = 1.5
 FACES_A_CHUNK = 4096
 ACROSS = 0.9
 """Cosine between a normal and an axis from which the axis says too little about the tangent plane."""
+SKEW_MIN = 1e-3
+"""Least third moment about an axis, as a fraction of that of its absolute values, that says which way the axis points."""
 
 Tangents = Callable[[Mesh, FloatArray], tuple[FloatArray, FloatArray]]
 """Two unit tangents, (k, 3) each, to turn the cone by: of a mesh at places with outward unit normals (k, 3)."""
@@ -30,10 +32,20 @@ def principal_tangents(mesh: Mesh, normals: FloatArray) -> tuple[FloatArray, Flo
     areas, centres = face_areas_mm2(mesh), face_centres_mm(mesh)
     about = (centres - (areas[:, None] * centres).sum(axis=0) / areas.sum()).T  # (3, m)
     _, axes = np.linalg.eigh([[(areas * x * y).sum() for x in about] for y in about])
-    chosen = np.where(np.abs(normals @ axes[:, 2:]) < ACROSS, axes[:, 2], axes[:, 1])  # (k, 3)
+    longest, middle = (axis * _heavier_side(axis @ about, areas) for axis in (axes[:, 2], axes[:, 1]))
+    chosen = np.where(np.abs(normals @ longest)[:, None] < ACROSS, longest, middle)  # (k, 3)
     along = chosen - np.einsum("ij,ij->i", chosen, normals)[:, None] * normals
     first = along / np.linalg.norm(along, axis=1, keepdims=True)
     return first, np.cross(normals, first)
+
+
+def _heavier_side(x: FloatArray, areas: FloatArray) -> float:
+    """Sign of the third moment of faces at `x` (m,); where it is too small to tell, that of the first face far out."""
+    cubes = areas * x**3
+    moment, size = cubes.sum(), np.abs(cubes).sum()
+    if abs(moment) < SKEW_MIN * size:
+        moment = x[np.argmax(np.abs(x) > np.abs(x).max() / 2.0)]
+    return 1.0 if moment >= 0 else -1.0
 
 
 def coordinate_tangents(mesh: Mesh, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
