@@ -43,11 +43,10 @@ def grouped(patches: IntArray, surface: Surface, least: float = 0.005) -> IntArr
     area and narrow ones continue a neighbour. Every segment is connected.
     """
     net = _Net.of(connected_parts(patches, surface.pairs), surface)
-    large = net.without_small(least)
-    ends, borders = net.borders()  # (b, 2), (b, 4)
-    crease = borders[:, CREASED] > CREASED_MIN * borders[:, LENGTH]
-    hollow = _hollows(ends, borders, crease, net)
-    same_side = (hollow[ends[:, 0]] == hollow[ends[:, 1]]) & ((hollow[ends[:, 0]] >= 0) | ~crease)
+    hollow = _hollows(net)
+    large = net.without_small(least, hollow)
+    ends, borders = net.borders()
+    same_side = (hollow[ends[:, 0]] == hollow[ends[:, 1]]) & ((hollow[ends[:, 0]] >= 0) | ~_creased(borders))
     parts = connected_labels(ends[same_side], len(hollow))[large]
     return merged_small(connected_parts(parts, surface.pairs), surface, least)
 
@@ -91,8 +90,11 @@ class _Net:
         ends = np.array([(p, q) for p, q, _ in found], dtype=np.int64).reshape(-1, 2)
         return ends, np.array([border for _, _, border in found]).reshape(-1, 4)
 
-    def without_small(self, least: float) -> IntArray:
-        """Join small and narrow patches, the smallest first, to the neighbour that they continue; each face's patch then."""
+    def without_small(self, least: float, hollow: IntArray) -> IntArray:
+        """Join small and narrow patches, the smallest first, to the neighbour that they continue; each face's patch then.
+
+        A neighbour in the same hollow (k,), or outside like the patch, comes first.
+        """
         total = self.areas_mm2.sum()
         outline = np.array([sum(border[LENGTH] for border in around.values()) for around in self.across])
         narrow = (outline**2 > NARROW * self.areas_mm2) & (self.areas_mm2 < NARROW_AREA * total)
@@ -104,7 +106,7 @@ class _Net:
             area, p = heapq.heappop(waiting)
             if area != self.areas_mm2[p] or into[p] != p or not self.across[p]:
                 continue  # it has grown or joined another meanwhile, or fills its surroundings
-            q = max(self.across[p], key=lambda i: (_continuity(self.across[p][i]), -i))
+            q = max(self.across[p], key=lambda i: (hollow[i] == hollow[p], _continuity(self.across[p][i]), -i))
             if small[q]:  # what two small ones become may turn; a large one keeps its own form
                 self.turns_mm[q] += self.turns_mm[p] + self.across[p][q][[INWARDS, OUTWARDS]]
             self._join(p, q)
@@ -160,16 +162,22 @@ def _continuity(border: FloatArray) -> float:
     return float(border[LENGTH] * (1.0 - inwards * (1.0 - CONCAVE_SHARE)) * (1.0 - outwards * (1.0 - CONVEX_SHARE)))
 
 
-def _hollows(ends: IntArray, borders: FloatArray, crease: BoolArray, net: _Net) -> IntArray:
+def _creased(borders: FloatArray) -> BoolArray:
+    """Which borders divide bodies, (b,)."""
+    return np.asarray(borders[:, CREASED] > CREASED_MIN * borders[:, LENGTH])
+
+
+def _hollows(net: _Net) -> IntArray:
     """Number of the hollow that each patch helps to enclose, (k,), −1: none.
 
     Patches meet there in creases or without an edge; those that curve outwards, such as bosses, are no part of it.
     """
+    ends, borders = net.borders()
     count = len(net.areas_mm2)
     scale = np.sqrt(net.areas_mm2)
     bulging = net.turns_mm[:, 1] - net.turns_mm[:, 0] > HOLLOW * scale
     smooth = borders[:, INWARDS] + borders[:, OUTWARDS] < CREASE_RAD * borders[:, LENGTH]
-    linked = (crease | smooth) & ~bulging[ends].any(axis=1)
+    linked = (_creased(borders) | smooth) & ~bulging[ends].any(axis=1)
     group = connected_labels(ends[linked], count)
     inner = group[ends[:, 0]] == group[ends[:, 1]]
 
