@@ -30,7 +30,7 @@ def principal_tangents(mesh: Mesh, normals: FloatArray) -> tuple[FloatArray, Flo
     The first lies along the mesh's longest principal axis, where the surface is nearly across it along the second.
     """
     areas, centres = face_areas_mm2(mesh), face_centres_mm(mesh)
-    about = (centres - (areas[:, None] * centres).sum(axis=0) / areas.sum()).T  # (3, m)
+    about = np.stack([x - (areas * x).sum() / areas.sum() for x in centres.T])  # (3, m)
     _, axes = np.linalg.eigh([[(areas * x * y).sum() for x in about] for y in about])
     longest, middle = (axis * _heavier_side(axis @ about, areas) for axis in (axes[:, 2], axes[:, 1]))
     chosen = np.where(np.abs(normals @ longest)[:, None] < ACROSS, longest, middle)  # (k, 3)
@@ -41,7 +41,7 @@ def principal_tangents(mesh: Mesh, normals: FloatArray) -> tuple[FloatArray, Flo
 
 def _heavier_side(x: FloatArray, areas: FloatArray) -> float:
     """Sign of the third moment of faces at `x` (m,); where it is too small to tell, that of the first face far out."""
-    cubes = areas * x**3
+    cubes = areas * x * x * x
     moment, size = cubes.sum(), np.abs(cubes).sum()
     if abs(moment) < SKEW_MIN * size:
         moment = x[np.argmax(np.abs(x) > np.abs(x).max() / 2.0)]
