@@ -71,12 +71,11 @@ class _Net:
         creased = np.where(surface.angles_rad < -CREASE_RAD, surface.lengths_mm, 0.0)
         columns = np.stack((surface.lengths_mm, np.maximum(-turns, 0.0), np.maximum(turns, 0.0), creased), axis=1)  # (e, 4)
         sums = _vector_sums(inverse, columns[apart], len(keys))  # (b, 4)
-        own = _sums(ends[~apart, 0], turns[~apart], count)  # along a curve the facets' small convex and concave edges cancel
         net = cls(
             part=part,
             areas_mm2=_sums(part, surface.areas_mm2, count),
             area_vectors_mm2=_vector_sums(part, surface.area_vectors_mm2, count),
-            turns_mm=np.stack((np.maximum(-own, 0.0), np.maximum(own, 0.0)), axis=1),
+            turns_mm=_vector_sums(ends[~apart, 0], columns[~apart, INWARDS : OUTWARDS + 1], count),
             across=[{} for _ in range(count)],
         )
         for key, border in zip(keys.tolist(), sums, strict=True):
