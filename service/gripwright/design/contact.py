@@ -92,8 +92,8 @@ def contacts(
     found = []
     for number, X_GF in enumerate(hand.finger_poses(grasp.opening_width_mm), start=1):
         touching = _touching(surface, grasp.X_CG @ X_GF, gripping_surface(hand, grasp.grip), finger_length_mm)
-        z = np.concatenate([np.stack([patch[..., 2].min(axis=1), patch[..., 2].max(axis=1)], axis=1) for _, patch in touching])
-        run = longest_run(z, join=1e-4)
+        z = [np.stack([patch[..., 2].min(axis=1), patch[..., 2].max(axis=1)], axis=1) for _, patch in touching]
+        run = longest_run(np.concatenate([np.empty((0, 2)), *z]), join=1e-4)
         if run < needed - 1e-6:
             return Rejection(
                 "no-contact", f"finger {number} touches along {run:.2f} mm of parallel surface, at least {needed:.2f} mm"
@@ -105,14 +105,16 @@ def contacts(
 def _touching(
     surface: Surface, X_CF: FloatArray, gripping: GrippingSurface, finger_length_mm: float
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """What each flat of the finger touches: its frame (4, 4) seen from C, and the triangles (k, 3, 3) in that frame."""
+    """The flats of the finger that touch: frame (4, 4) of each seen from C, and the triangles (k, 3, 3) in that frame."""
     patches = []
     for flat in gripping.flats:
         X_CP = X_CF @ flat.X_FP
         parallel = surface.normals @ (gripping.sign * X_CP[:3, 0]) >= np.cos(_PARALLEL_RAD - flat.rounding_rad)
         low = np.array([-TOUCH_GAP_MM, -flat.width_mm / 2.0, -finger_length_mm])
         high = np.array([TOUCH_GAP_MM, flat.width_mm / 2.0, 0.0])
-        patches.append((X_CP, _part(surface, X_CP, low, high, parallel)))
+        patch = _part(surface, X_CP, low, high, parallel) if parallel.any() else np.empty((0, 3, 3))
+        if len(patch):
+            patches.append((X_CP, patch))
     return patches
 
 
@@ -126,7 +128,7 @@ def _contact(touching: Sequence[tuple[FloatArray, FloatArray]], height_mm: float
         area_mm2=sum(totals),
         centre_C=np.average(centres, axis=0, weights=np.concatenate(areas) + 1e-12),
         normal_C=sign * touching[int(np.argmax(totals))][0][:3, 0],
-        gap_mm=min(float(-(sign * patch[..., 0]).max()) for _, patch in touching if len(patch)),
+        gap_mm=min(float(-(sign * patch[..., 0]).max()) for _, patch in touching),
     )
 
 
