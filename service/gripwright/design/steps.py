@@ -24,7 +24,7 @@ from gripwright.design.step_values import ComponentGrips, Participant, PreparedS
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import Component, Obstacle, Operation
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import GripRequirement, OperationVerdict, SegmentVerdict
+from gripwright.domain.grasp import EXTERNAL, GripRequirement, OperationVerdict, SegmentVerdict
 from gripwright.domain.gripper import Actuator, Gripper
 from gripwright.domain.shape import Analysis, FloatArray, Mesh
 from gripwright.plugin_api import RunContext
@@ -115,7 +115,7 @@ def _requirements(primitives: Sequence[Any], reason: str, toolbox: Toolbox) -> t
     answers = [rules.requirements(primitive, toolbox.rules) for primitive in primitives]
     needs = [need for answer in answers if not isinstance(answer, Rejection) for need in answer]
     if needs:
-        return tuple(needs)
+        return tuple(sorted(needs, key=lambda need: need.grip != EXTERNAL))  # a bore only where nothing is held from outside
     refusals = [answer for answer in answers if isinstance(answer, Rejection)]
     return refusals[0] if refusals else Rejection("no-type", reason)
 
@@ -283,7 +283,7 @@ STAGES: Mapping[str, Stage] = {
         Stage(name="segment", function=_segment, uses=("segmenter",), plan_fields=("seed",), version=3),
         Stage(name="fit", function=_fit, uses=("fitter",), plan_fields=("seed",), version=3),
         Stage(name="keep", function=_keep),
-        Stage(name="grips", function=_grips, uses=("affordance", "rule"), plan_fields=("plan", "seed")),
+        Stage(name="grips", function=_grips, uses=("affordance", "rule"), plan_fields=("plan", "seed"), version=2),
         Stage(name="constraints", function=_constraints, uses=("hand", "planner"), plan_fields=("plan", *_GRASPING), version=2),
         Stage(
             name="select",
@@ -291,7 +291,7 @@ STAGES: Mapping[str, Stage] = {
             uses=("optimizer", "hand"),
             plan_fields=("plan", "release_clearance", "finger_length_step", "safety_factor", "seed"),
         ),
-        Stage(name="fingers", function=_fingers, uses=("finger", "hand"), plan_fields=("safety_factor", "seed")),
+        Stage(name="fingers", function=_fingers, uses=("finger", "hand"), plan_fields=("safety_factor", "seed"), version=2),
         Stage(name="verify", function=_verify, uses=("hand",), plan_fields=_GRASPING),
         Stage(name="result", function=_result, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=3),
     )
