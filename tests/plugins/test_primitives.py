@@ -39,6 +39,16 @@ def knob(sections: int) -> Mesh:
     return mesh_of(Manifold.cylinder(40.0, 5.0, 5.0, sections) + Manifold.sphere(12.0, sections).translate((0.0, 0.0, 48.0)))
 
 
+def toothed(teeth: int) -> Mesh:
+    """A toothed wheel of radius 20 to 24 on a hub of radius 14, with a bore of radius 6."""
+    step = 2.0 * np.pi / teeth
+    turns = np.array([(k + part) * step for k in range(teeth) for part in (0.0, 0.15, 0.45, 0.6)])
+    radii = np.tile([20.0, 24.0, 24.0, 20.0], teeth)
+    outline = manifold3d.CrossSection([np.stack((radii * np.cos(turns), radii * np.sin(turns)), axis=1)])
+    wheel = Manifold.extrude(outline, 10.0) + Manifold.cylinder(25.0, 14.0, 14.0, 64)
+    return mesh_of(wheel - Manifold.cylinder(60.0, 6.0, 6.0, 64).translate((0.0, 0.0, -20.0)))
+
+
 def filleted_boss(sections: int) -> Mesh:
     """A disc of radius 30 with a boss of radius 10 on it; a fillet of radius 4 leads from one to the other."""
     arc = np.linspace(0.0, np.pi / 2.0, sections // 4 + 1)
@@ -76,6 +86,8 @@ def _agreement(one: Mesh, other: Mesh) -> float:
     return _rand_index(_labels(one), _labels(other)[nearest], face_areas_mm2(one))
 
 
+GROOVED = ((0.0, 0.0), (30.0, 0.0), (30.0, 8.0), (24.0, 8.0), (24.0, 9.0), (30.0, 9.0), (30.0, 20.0), (0.0, 20.0))
+
 SOLIDS = {
     "box": (box_mesh((30.0, 20.0, 10.0)), 1),
     "shaft": (turned_mesh(STEPPED_SHAFT, 32), 2),
@@ -85,6 +97,8 @@ SOLIDS = {
     "cone on cylinder": (turned_mesh(CONE_ON_CYLINDER, 48), 1),
     "ball on pin": (knob(48), 2),
     "chamfered boss on disc": (turned_mesh(CHAMFERED_BOSS, 48), 2),
+    "two flanges with a narrow groove between": (turned_mesh(GROOVED, 64), 2),
+    "toothed wheel with its hub and bore": (toothed(30), 3),
     "filleted boss on disc": (filleted_boss(48), 2),
 }
 
