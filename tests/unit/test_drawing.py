@@ -82,6 +82,17 @@ def test_a_force_limit_is_on_the_drawing() -> None:
     assert "Regulate the actuator to 120 N at most." in words(svg)
 
 
+def test_a_round_gripping_surface_is_drawn_with_its_radius() -> None:
+    cad = make_cad()
+    round_ = replace(cad, finger=replace(cad.finger, properties={**cad.finger.properties, "nose_radius_mm": 4.5}))
+
+    stated = words(finger_drawing(round_, title="Finger", part_number="F-1"))
+
+    assert "R4.5" in stated
+    assert any("round side R4.5" in line for line in stated)
+    assert not any("flat over" in line for line in stated)
+
+
 def test_names_from_outside_cannot_break_the_drawing() -> None:
     stated = words(finger_drawing(make_cad(), title="<script>&", part_number='"F"'))
 

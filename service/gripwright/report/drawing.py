@@ -60,6 +60,7 @@ def finger_drawing(cad: GripperCad, *, title: str, part_number: str) -> str:
             _front_dimensions(front, measures),
             _side_dimensions(side, measures),
             _top_dimensions(top, measures),
+            _nose_radius(top, cad),
             _title_block(cad, title, part_number, front.scale),
             *(text((column, 20.0 + 5.0 * i), note, anchor="start") for i, note in enumerate(notes)),
         ]
@@ -163,6 +164,15 @@ def _top_dimensions(view: _View, m: _Measures) -> str:
     return "".join(parts)
 
 
+def _nose_radius(view: _View, cad: GripperCad) -> str:
+    """The radius of a rounded gripping surface, beside it."""
+    nose = cad.finger.properties.get("nose_radius_mm")
+    if nose is None:
+        return ""
+    x, y = view.at(0.0, 0.0)
+    return text((x + 1.0, y + 1.1), f"R{millimetres(nose)}", anchor="start")
+
+
 def _left_of(view: _View, m: _Measures, x_mm: float) -> float:
     """Offset on the sheet that puts a dimension of a feature at x to the left of the view."""
     return float((m.low[0] - x_mm) * view.scale - 7.0)
@@ -197,7 +207,6 @@ def _letters(bores: Sequence[brep.Bore]) -> list[str]:
 def _notes(cad: GripperCad, m: _Measures) -> list[str]:
     """Holes, quantity, mounting, making, stiffness."""
     spec, figures = cad.spec, cad.finger.properties
-    side = "away from" if spec.grip == INTERNAL else "towards"
     pin, notes = spec.jaw.pin_diameter_mm, []
     if m.bores:
         counted = Counter(_hole_kinds(m.bores).values())
@@ -205,8 +214,7 @@ def _notes(cad: GripperCad, m: _Measures) -> list[str]:
     notes += [
         f"Make {spec.fingers} alike, one for each jaw of {spec.actuator.name}.",
         f"Screws ISO 4762 M{spec.jaw.bolt_thread_mm:g}" + (f", pin ⌀{pin:g} locates it on the jaw." if pin else "."),
-        f"Gripping surface: the stem's face {side} the gripper's axis, x = 0;",
-        "flat over the whole stem, its edges broken by 0.2 at most.",
+        *_gripping_surface(cad),
         "Outline of the base as in the STEP file.",
         "Where printed: base's back on the bed, no support.",
     ]
@@ -215,6 +223,20 @@ def _notes(cad: GripperCad, m: _Measures) -> list[str]:
     if cad.grip_force_max_N is not None:
         notes.append(f"Regulate the actuator to {cad.grip_force_max_N:.0f} N at most.")
     return notes
+
+
+def _gripping_surface(cad: GripperCad) -> list[str]:
+    nose = cad.finger.properties.get("nose_radius_mm")
+    if nose is not None:
+        return [
+            f"Gripping surface: the stem's round side R{millimetres(nose)} away from the gripper's axis,",
+            "tangent to x = 0; whole up to the tip, its edges broken by 0.2 at most.",
+        ]
+    side = "away from" if cad.spec.grip == INTERNAL else "towards"
+    return [
+        f"Gripping surface: the stem's face {side} the gripper's axis, x = 0;",
+        "flat over the whole stem, its edges broken by 0.2 at most.",
+    ]
 
 
 def _title_block(cad: GripperCad, title: str, part_number: str, scale: float) -> str:
