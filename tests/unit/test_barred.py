@@ -1,0 +1,44 @@
+"""What no finger bears is given up for its grip alone."""
+
+import numpy as np
+import pytest
+
+from gripwright.design.barred import without_barred
+from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, INTERNAL, FreeGrasp, Grasp, Hold, OperationVerdict, SegmentVerdict
+
+
+def free(grip: str, force_N: float) -> FreeGrasp:
+    return FreeGrasp(
+        grasp=Grasp(X_CG=np.eye(4), gripper_type=CENTRIC_3, grip=grip, opening_width_mm=20.0),
+        envelopes_mm=np.array([40.0]),
+        finger_length_min_mm=np.array([10.0]),
+        finger_length_max_mm=np.inf,
+        release_opening_mm=21.0,
+        gap_mm=1.0,
+        hold=Hold(required_force_N=force_N, moment_Nmm=0.0, symmetry=1.0),
+    )
+
+
+@pytest.mark.parametrize(
+    ("limit_N", "left"),
+    [
+        (60.0, [(EXTERNAL, 80.0), (INTERNAL, 40.0), (INTERNAL, 50.0)]),
+        (50.0, [(EXTERNAL, 80.0), (INTERNAL, 40.0)]),
+        (0.0, [(EXTERNAL, 80.0)]),
+    ],
+)
+def test_a_force_barred_for_one_grip_leaves_the_other_grip_alone(limit_N: float, left: list[tuple[str, float]]) -> None:
+    grasps = (free(EXTERNAL, 80.0), free(INTERNAL, 40.0), free(INTERNAL, 50.0), free(INTERNAL, 60.0))
+    segment = SegmentVerdict(segment=0, requirement=None, grasps_planned=4, free=grasps, rejection=None)
+    verdict = OperationVerdict(operation="op-01", components={"ring": (segment,)}, warnings=(), timings={})
+
+    (kept,) = without_barred(verdict, {INTERNAL: {"force": limit_N, "detail": "too weak"}}).components["ring"]
+
+    assert [(one.grasp.grip, one.hold.required_force_N) for one in kept.free] == left
+    assert kept.rejection is None
+
+
+def test_nothing_barred_changes_nothing() -> None:
+    verdict = OperationVerdict(operation="op-01", components={}, warnings=(), timings={})
+
+    assert without_barred(verdict, {}) is verdict
