@@ -1,6 +1,7 @@
 """Segmentation by shape diameter: partitions that an engineer would draw, whatever the tessellation."""
 
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from gripwright.geometry.measures import face_areas_mm2, face_centres_mm, face_n
 from gripwright.geometry.refine import refine
 from gripwright.plugin_api import RunContext
 from gripwright_builtin.segmenters.sdf import SdfSegmenter
+from gripwright_builtin.segmenters.soft_clustering import cluster_count
 from mesh_factory import (
     SIX_STEPS,
     STEPPED_SHAFT,
@@ -83,6 +85,24 @@ def test_every_face_is_in_exactly_one_segment(name: str, energy: str) -> None:
 @pytest.mark.parametrize(("name", "count"), [("box", 1), ("sphere", 1), ("shaft", 2), ("six steps", 6), ("plate", 4)], ids=str)
 def test_steps_bosses_and_bores_are_segments_and_plain_solids_are_one(name: str, count: int) -> None:
     assert len(_segments(_prepared(MESHES[name]))) == count
+
+
+@pytest.mark.parametrize(("name", "count"), [("box", 1), ("sphere", 1), ("shaft", 2), ("six steps", 6), ("plate", 4)], ids=str)
+def test_a_number_of_clusters_chosen_by_the_criterion_gives_the_same_segments_and_is_said(name: str, count: int) -> None:
+    ctx = RunContext()
+
+    segments = SdfSegmenter(Settings(clusters="auto")).segment(component_of(_prepared(MESHES[name])), ctx)
+
+    assert len(segments) == count
+    assert re.fullmatch(r"\d levels of thickness, by the Bayesian information criterion", ctx.remarks[0])
+
+
+@pytest.mark.parametrize("levels", [1, 2, 3, 6])
+def test_the_criterion_counts_levels_that_are_apart(levels: int) -> None:
+    rng = np.random.default_rng(levels)
+    values = np.clip(np.concatenate([rng.normal(middle, 0.02, 4000) for middle in (np.arange(levels) + 0.5) / levels]), 0.0, 1.0)
+
+    assert cluster_count(values, np.ones_like(values), common_spread=True) == levels
 
 
 def test_each_step_of_a_shaft_is_one_segment_with_its_end_face() -> None:

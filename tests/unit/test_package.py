@@ -453,7 +453,8 @@ def test_a_lone_step_assembly_has_the_names_and_poses_of_its_structure() -> None
     assert len(task.components) == 18
     meshes = {id(component.mesh): component.mesh for component in task.components}
     assert len(meshes) == 5
-    assert sorted(len(np.unique(mesh.cad_faces)) for mesh in meshes.values()) == [3, 5, 7, 12, 12]  # the half cylinders of its bores are one
+    # the half cylinders of its bores are one
+    assert sorted(len(np.unique(mesh.cad_faces)) for mesh in meshes.values()) == [3, 5, 7, 12, 12]
     assert [component.id for component in task.components] == [entry["id"] for entry in described["components"]]
     poses = np.array([entry["pose"] for entry in described["components"]])
     assert np.array([component.X_PC for component in task.components]) == pytest.approx(poses, abs=1e-9)

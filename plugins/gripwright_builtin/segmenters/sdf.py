@@ -1,7 +1,7 @@
 """Segmentation by shape diameter (Shapira, Shamir and Cohen-Or, 2008), the paper's and CGAL's method."""
 
 from collections.abc import Sequence
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -15,7 +15,7 @@ from gripwright.plugin_api import Params, RunContext
 from gripwright_builtin.segmenters.energy import area_energy, published_energy
 from gripwright_builtin.segmenters.graph_cut import alpha_expansion, expansion_coarse_to_fine
 from gripwright_builtin.segmenters.segments import connected_parts, divided_at_creases, merged_small, segments_of
-from gripwright_builtin.segmenters.soft_clustering import cluster_probabilities
+from gripwright_builtin.segmenters.soft_clustering import cluster_count, cluster_probabilities
 from gripwright_builtin.segmenters.surface import Surface, sampled_faces, surface_groups, surface_of
 
 WINDOW = 0.03
@@ -34,7 +34,9 @@ class SdfSegmenter:
 
         rays: int = Field(30, ge=1, le=1000, description="Rays a face.")
         cone_angle: float = Field(120.0, gt=0.0, lt=180.0, description="Full angle of the cone of rays, degrees.")
-        clusters: int = Field(5, ge=1, le=50, description="Levels of thickness that are told apart.")
+        clusters: Annotated[int, Field(ge=1, le=50)] | Literal["auto"] = Field(
+            5, description="Levels of thickness that are told apart; auto: as many as the Bayesian information criterion prefers."
+        )
         smoothness: float = Field(0.26, ge=0.0, le=1.0, description="Weight of short borders against thickness.")
         samples: int = Field(
             40_000,
@@ -76,7 +78,11 @@ class SdfSegmenter:
         with ctx.timed("segment.cluster"):
             by_area = params.energy == "area"
             weights = surface.areas_mm2 if by_area else np.ones_like(surface.areas_mm2)
-            probabilities = cluster_probabilities(_normalised(diameters), weights, params.clusters, common_spread=by_area)
+            levels = _normalised(diameters)
+            count = cluster_count(levels, weights, by_area) if params.clusters == "auto" else params.clusters
+            probabilities = cluster_probabilities(levels, weights, count, common_spread=by_area)
+        if params.clusters == "auto":
+            ctx.remarks.append(f"{count} levels of thickness, by the Bayesian information criterion")
         ctx.progress(0.7, "levels of thickness")
         with ctx.timed("segment.cut"):
             labels = self._labels(probabilities, mesh, surface)

@@ -1,5 +1,7 @@
 """Soft clustering of numbers: a Gaussian mixture, fitted to their weighted histogram. No randomness."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from gripwright.domain.shape import FloatArray
@@ -12,21 +14,71 @@ SPREAD_MIN = 0.01
 COMMON_SPREAD_MIN = 0.03
 
 
+OBSERVATIONS = 200
+"""Independent measurements that a surface stands for when the number of clusters is chosen: patches, not faces."""
+COUNT_MAX = 8
+"""Clusters among which the number is chosen."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Mixture:
+    """Normal densities with their shares."""
+
+    means: FloatArray  # (k,)
+    spreads: FloatArray  # (k,)
+    shares: FloatArray  # (k,)
+
+    def logarithms(self, values: FloatArray) -> FloatArray:
+        """Logarithm of each share times its density at each value, up to a constant, (m, k)."""
+        return np.log(self.shares / self.spreads) - 0.5 * ((values[:, None] - self.means) / self.spreads) ** 2
+
+    def responsibilities(self, values: FloatArray) -> FloatArray:
+        """Bayes' rule, (m, k)."""
+        log = self.logarithms(values)
+        density = np.exp(log - log.max(axis=1, keepdims=True))
+        return np.asarray(density / density.sum(axis=1, keepdims=True))
+
+
 def cluster_probabilities(values: FloatArray, weights: FloatArray, count: int, common_spread: bool) -> FloatArray:
     """Probability of each value (m,) in 0..1 to belong to each of at most `count` clusters, (m, k); rows sum to 1.
 
     With a common spread no cluster can be so wide that it takes in what lies between and beside the others.
     """
+    centres, mass = _histogram(values, weights)
+    return _fitted(centres, mass, count, common_spread).responsibilities(values)
+
+
+def cluster_count(values: FloatArray, weights: FloatArray, common_spread: bool) -> int:
+    """The number of clusters, up to `COUNT_MAX`, that the Bayesian information criterion prefers (Schwarz, 1978).
+
+    Each cluster has a mean and a share, and a spread where it is not common; likelihoods are those of `OBSERVATIONS` values.
+    """
+    centres, mass = _histogram(values, weights)
+    criteria = []
+    for count in range(1, min(COUNT_MAX, int((mass > 0).sum())) + 1):
+        log = _fitted(centres, mass, count, common_spread).logarithms(centres)
+        likelihood = float(mass @ np.logaddexp.reduce(log, axis=1))
+        parameters = 2 * count if common_spread else 3 * count - 1
+        criteria.append(parameters * np.log(OBSERVATIONS) - 2.0 * OBSERVATIONS * likelihood)
+    return int(np.argmin(criteria)) + 1
+
+
+def _histogram(values: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Middles of the bins and the share of the weight in each, (BINS,) both."""
     edges = np.linspace(0.0, 1.0, BINS + 1)
-    centres = (edges[1:] + edges[:-1]) / 2.0
     mass = np.histogram(values, edges, weights=weights)[0]
-    mass = mass / mass.sum()
+    return (edges[1:] + edges[:-1]) / 2.0, mass / mass.sum()
+
+
+def _fitted(centres: FloatArray, mass: FloatArray, count: int, common_spread: bool) -> _Mixture:
+    """The mixture of at most `count` clusters that expectation maximisation reaches."""
     means, spreads, shares = _initial(centres, mass, count)
     if common_spread:
         spreads = _common(spreads, shares)
     for _ in range(STEPS_MAX):
         before = means
-        belonging = _responsibilities(centres, means, spreads, shares) * mass[:, None]  # (bins, k)
+        mixture = _Mixture(means=means, spreads=spreads, shares=shares)
+        belonging = mixture.responsibilities(centres) * mass[:, None]  # (bins, k)
         shares = np.maximum(belonging.sum(axis=0), 1e-12)
         means = belonging.T @ centres / shares
         variance = (belonging * (centres[:, None] - means) ** 2).sum(axis=0) / shares
@@ -35,19 +87,12 @@ def cluster_probabilities(values: FloatArray, weights: FloatArray, count: int, c
             spreads = _common(spreads, shares)
         if np.abs(means - before).max() < TOLERANCE:
             break
-    return _responsibilities(values, means, spreads, shares)
+    return _Mixture(means=means, spreads=spreads, shares=shares)
 
 
 def _common(spreads: FloatArray, shares: FloatArray) -> FloatArray:
     """One spread for all clusters, (k,)."""
     return np.full_like(spreads, max(float(np.sqrt((shares * spreads**2).sum())), COMMON_SPREAD_MIN))
-
-
-def _responsibilities(values: FloatArray, means: FloatArray, spreads: FloatArray, shares: FloatArray) -> FloatArray:
-    """Bayes' rule for normal densities, (m, k)."""
-    log = np.log(shares / spreads) - 0.5 * ((values[:, None] - means) / spreads) ** 2  # (m, k)
-    density = np.exp(log - log.max(axis=1, keepdims=True))
-    return np.asarray(density / density.sum(axis=1, keepdims=True))
 
 
 def _initial(centres: FloatArray, mass: FloatArray, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
+from gripwright.design.hierarchy import joins
 from gripwright.design.plan import Plan
 from gripwright.design.result import segment_shape
 from gripwright.design.scenes import Body
@@ -25,13 +26,17 @@ def export(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCont
 
 
 def describe_analysis(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> dict[str, Any]:
-    """An analysis as JSON; `labels` is the segment of each face of the file."""
+    """An analysis as JSON: `hierarchy` joins segments to coarser ones, `labels` is the segment of each face of the file."""
     del plan, toolbox, ctx
     analysis: Analysis = inputs["analysis"]
     return {
         "segmenter": analysis.segmenter,
         "faces": len(analysis.source_labels),
         "segments": [{**segment_shape(item, analysis), "fits": list(item.fits)} for item in analysis.segments],
+        "hierarchy": [
+            {"id": join.id, "children": list(join.children), "area": join.area_mm2, "border": join.border_mm}
+            for join in joins(analysis.mesh, [item.segment for item in analysis.segments])
+        ],
         "labels": analysis.source_labels,
         "warnings": list(analysis.warnings),
         "remarks": list(analysis.remarks),
@@ -54,7 +59,7 @@ STAGES: Mapping[str, Stage] = MappingProxyType(
 ANALYSIS_STAGES: Mapping[str, Stage] = MappingProxyType(
     {
         **{name: DESIGN_STAGES[name] for name in ("prepare", "segment", "fit", "keep")},
-        "describe": Stage(name="describe", function=describe_analysis, version=2),
+        "describe": Stage(name="describe", function=describe_analysis, version=3),
     }
 )
 """Of the analysis of one component."""
