@@ -65,6 +65,13 @@ def housing(sections: int) -> Mesh:
     return mesh_of(solid - bore + (seat - manifold3d.Manifold.cube((72.0, 52.0, 40.0)).translate((4.0, 4.0, 4.0))))
 
 
+def filleted_boss(sections: int) -> Mesh:
+    """A disc of radius 30 with a boss of radius 10 on it; a fillet of radius 4 leads from one to the other."""
+    arc = np.linspace(0.0, np.pi / 2.0, sections // 4 + 1)
+    fillet = tuple((14.0 - 4.0 * np.sin(a), 12.0 - 4.0 * np.cos(a)) for a in arc)
+    return turned_mesh(((0.0, 0.0), (30.0, 0.0), (30.0, 8.0), *fillet, (10.0, 40.0), (0.0, 40.0)), sections)
+
+
 def soup(mesh: Mesh) -> Mesh:
     """The same triangles as an STL file has them: no shared vertices."""
     return Mesh(vertices_mm=mesh.triangles_mm.reshape(-1, 3), faces=np.arange(3 * len(mesh.faces)).reshape(-1, 3))

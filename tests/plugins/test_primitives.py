@@ -14,7 +14,18 @@ from gripwright.geometry.measures import face_areas_mm2, face_centres_mm, face_n
 from gripwright.geometry.refine import refine
 from gripwright.plugin_api import RunContext
 from gripwright_builtin.segmenters.primitives import PrimitivesSegmenter
-from mesh_factory import SIX_STEPS, STEPPED_SHAFT, box_mesh, component_of, housing, mesh_of, moved, soup, turned_mesh
+from mesh_factory import (
+    SIX_STEPS,
+    STEPPED_SHAFT,
+    box_mesh,
+    component_of,
+    filleted_boss,
+    housing,
+    mesh_of,
+    moved,
+    soup,
+    turned_mesh,
+)
 
 Manifold = manifold3d.Manifold
 Settings = PrimitivesSegmenter.Settings
@@ -47,13 +58,6 @@ def toothed(teeth: int) -> Mesh:
     outline = manifold3d.CrossSection([np.stack((radii * np.cos(turns), radii * np.sin(turns)), axis=1)])
     wheel = Manifold.extrude(outline, 10.0) + Manifold.cylinder(25.0, 14.0, 14.0, 64)
     return mesh_of(wheel - Manifold.cylinder(60.0, 6.0, 6.0, 64).translate((0.0, 0.0, -20.0)))
-
-
-def filleted_boss(sections: int) -> Mesh:
-    """A disc of radius 30 with a boss of radius 10 on it; a fillet of radius 4 leads from one to the other."""
-    arc = np.linspace(0.0, np.pi / 2.0, sections // 4 + 1)
-    fillet = tuple((14.0 - 4.0 * np.sin(a), 12.0 - 4.0 * np.cos(a)) for a in arc)
-    return turned_mesh(((0.0, 0.0), (30.0, 0.0), (30.0, 8.0), *fillet, (10.0, 40.0), (0.0, 40.0)), sections)
 
 
 def _prepared(mesh: Mesh) -> Mesh:
