@@ -17,6 +17,8 @@ OUTLIER_LIMIT = 1.5
 FACES_A_CHUNK = 4096
 ACROSS = 0.9
 """Cosine between a normal and an axis from which the axis says too little about the tangent plane."""
+PRECISION = 1e-6
+"""Lengths are told apart from this fraction of the diagonal on, all that single precision knows of them: equal ones stay equal."""
 SKEW_MIN = 1e-3
 """Least third moment about an axis, as a fraction of that of its absolute values, that says which way the axis points."""
 
@@ -76,13 +78,13 @@ def shape_diameters_mm(
     turned about the normal: `tangents` says how it lies.
     """
     scene = RayScene(mesh.vertices_mm, mesh.faces)
-    normals = face_normals(mesh)
+    normals, diagonal = face_normals(mesh), diagonal_mm(mesh)
     chosen = np.flatnonzero(normals.any(axis=1)) if faces is None else faces[normals[faces].any(axis=1)]
     centres = face_centres_mm(mesh)[chosen]
     order = morton_order(centres)
     chosen, centres, normals = chosen[order], centres[order], normals[chosen[order]]
     axes = np.stack((*tangents(mesh, normals), -normals), axis=1).astype(np.float32)  # (k, 3, 3)
-    origins = scene.centred(centres - normals * ORIGIN_OFFSET * diagonal_mm(mesh))
+    origins = scene.centred(centres - normals * ORIGIN_OFFSET * diagonal)
     pattern = cone_directions(rays, cone_angle_rad).astype(np.float32)
     values = np.full(len(mesh.faces), np.nan)
 
@@ -91,7 +93,7 @@ def shape_diameters_mm(
 
     with thread_pool() as pool:
         list(pool.map(trace, chunks(len(chosen), FACES_A_CHUNK)))
-    return values
+    return np.round(values / (PRECISION * diagonal)) * (PRECISION * diagonal)
 
 
 def cone_directions(rays: int, cone_angle_rad: float) -> FloatArray:
