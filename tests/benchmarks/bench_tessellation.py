@@ -12,6 +12,7 @@ import itertools
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import manifold3d
 import numpy as np
@@ -24,13 +25,14 @@ from gripwright.domain.shape import FloatArray, IntArray, Mesh
 from gripwright.geometry.brep import tessellate
 from gripwright.geometry.measures import diagonal_mm
 from gripwright.geometry.mesh_repair import repaired
-from gripwright.geometry.refine import refine
+from gripwright.geometry.refine import refine, refined_face_count
 from gripwright_builtin.segmenters.sdf import SdfSegmenter
 from rand_index import labels_of
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE, SHARED = ROOT / "service" / "gripwright" / "samples" / "pump", ROOT.parent / "shared" / "data"
 POINTS = 20_000
+FACES_MAX = 200_000
 DENSITIES = {"coarse": (5e-3, 0.5), "middle": (1e-3, 0.15), "fine": (2e-4, 0.05)}
 """Largest chord error as a fraction of the diagonal, and angle between facets, rad."""
 STRETCH = 25.0
@@ -44,16 +46,16 @@ def step_variants(path: Path) -> Iterator[tuple[str, Variants]]:
     reader.ReadFile(str(path))
     reader.TransferRoots()
     explorer = TopExp_Explorer(reader.OneShape(), TopAbs_ShapeEnum.TopAbs_SOLID)
-    seen: set[int] = set()
+    seen: list[Any] = []
     while explorer.More():
         solid = explorer.Current()
         explorer.Next()
-        if hash(solid.TShape()) in seen:
+        if any(solid.IsPartner(other) for other in seen):
             continue
-        seen.add(hash(solid.TShape()))
+        seen.append(solid)
         size = diagonal_mm(tessellate(solid, 1.0, 0.5))
         variants = {name: tessellate(solid, chord * size, angle) for name, (chord, angle) in DENSITIES.items()}
-        variants["fine"] = refine(repaired(variants["fine"]), 0.02 * size)
+        variants["fine"] = fine(repaired(variants["fine"]), 0.02)
         variants["thin"] = thin(repaired(variants["middle"]))
         yield f"{path.stem}" if len(seen) == 1 else f"{path.stem} {len(seen)}", variants
 
@@ -63,9 +65,17 @@ def file_variants(path: Path) -> Variants:
     file = trimesh.load(path, process=False)
     mesh = Mesh(vertices_mm=np.array(file.vertices, dtype=np.float64), faces=np.array(file.faces, dtype=np.int64))
     solid = repaired(mesh)
-    variants = {"file": mesh, "fine": refine(solid, 0.015 * diagonal_mm(solid)), "thin": thin(solid)}
+    variants = {"file": mesh, "fine": fine(solid, 0.015), "thin": thin(solid)}
     simple = simplified(solid)
     return variants if simple is None else {"coarse": simple, **variants}
+
+
+def fine(mesh: Mesh, share: float) -> Mesh:
+    """With no edge longer than that share of the diagonal, or than `FACES_MAX` allows."""
+    longest = share * diagonal_mm(mesh)
+    while refined_face_count(mesh, longest) > max(FACES_MAX, 1.5 * len(mesh.faces)):
+        longest *= 1.25
+    return refine(mesh, longest)
 
 
 def simplified(mesh: Mesh) -> Mesh | None:
@@ -83,8 +93,8 @@ def thin(mesh: Mesh) -> Mesh:
     scale = np.ones(3)
     scale[axis] = STRETCH
     stretched = Mesh(vertices_mm=mesh.vertices_mm * scale, faces=mesh.faces)
-    fine = refine(stretched, 0.06 * STRETCH * diagonal_mm(mesh))
-    return Mesh(vertices_mm=fine.vertices_mm / scale, faces=fine.faces)
+    divided = fine(stretched, 0.06 * STRETCH * diagonal_mm(mesh) / diagonal_mm(stretched))
+    return Mesh(vertices_mm=divided.vertices_mm / scale, faces=divided.faces)
 
 
 def rand_index(one: IntArray, other: IntArray) -> float:

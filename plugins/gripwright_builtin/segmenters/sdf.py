@@ -22,6 +22,7 @@ WINDOW = 0.03
 """Radius of the smoothing window, as a fraction of the square root of the surface's area."""
 LOGARITHM_SCALE = 5.0
 """Differences among thin parts count more than among thick ones: values v in 0..1 become log(1 + 5 v) / log 6."""
+TAIL = 0.01
 GROUPS = 4000
 """Patches of the surface that are labelled as one before their borders are looked at face by face."""
 
@@ -78,7 +79,7 @@ class SdfSegmenter:
         with ctx.timed("segment.cluster"):
             by_area = params.energy == "area"
             weights = surface.areas_mm2 if by_area else np.ones_like(surface.areas_mm2)
-            levels = _normalised(diameters)
+            levels = _normalised(diameters, weights)
             count = cluster_count(levels, weights, by_area) if params.clusters == "auto" else params.clusters
             probabilities = cluster_probabilities(levels, weights, count, common_spread=by_area)
         if params.clusters == "auto":
@@ -118,12 +119,18 @@ class SdfSegmenter:
         return divided_at_creases(merged_small(parts, surface, self._params.min_area), surface, self._params.crease_area)
 
 
-def _normalised(values: FloatArray) -> FloatArray:
-    """Shape diameters as numbers from 0 to 1 whose differences say how different the thickness is."""
-    low, high = float(values.min()), float(values.max())
+def _normalised(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """Shape diameters as numbers from 0 to 1 whose differences say how different the thickness is.
+
+    A hundredth of the weight at either end counts as 0 and as 1: a few faces in corners say nothing about all the others.
+    """
+    order = np.argsort(values)
+    covered = np.cumsum(weights[order])
+    low, high = values[order[np.searchsorted(covered, np.array([TAIL, 1.0 - TAIL]) * covered[-1])]]
     if high - low <= 1e-9 * high:
         return np.zeros_like(values)
-    return np.asarray(np.log1p((values - low) / (high - low) * LOGARITHM_SCALE) / np.log1p(LOGARITHM_SCALE))
+    share = np.clip((values - low) / (high - low), 0.0, 1.0)
+    return np.asarray(np.log1p(share * LOGARITHM_SCALE) / np.log1p(LOGARITHM_SCALE))
 
 
 def _segmentation_mesh(mesh: Mesh) -> Mesh:

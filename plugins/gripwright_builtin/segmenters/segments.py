@@ -12,7 +12,10 @@ from gripwright_builtin.segmenters.surface import Surface
 
 RAGGED = 100.0
 """A part whose border is longer than 10 times the root of its area is a strip, such as the flank of a thread: no segment."""
-CREASE_RAD = np.radians(40.0)
+CREASE_RAD = np.radians(30.0)
+"""Surface that turns inwards by more divides: a countersunk head (41°) from its shank."""
+EDGE_RAD = np.radians(40.0)
+"""Edges that turn less may be those of facets of a round surface, such as a bore."""
 HOLLOW = 0.5
 """A patch is hollow when its mean curvature times the root of its area is below minus this (a closed bore is at −√(2πh/r)) …"""
 ROUND = 0.3
@@ -32,24 +35,35 @@ def divided_at_creases(parts: IntArray, surface: Surface, least: float) -> IntAr
     pairs = surface.pairs
     within = parts[pairs[:, 0]] == parts[pairs[:, 1]]
     hollow = _hollow_faces(surface)
-    rim = hollow[pairs[:, 0]] != hollow[pairs[:, 1]]
-    sharp = np.abs(surface.angles_rad) > CREASE_RAD
-    apart = sharp & ((surface.angles_rad < 0) | rim)
+    inside = hollow[pairs].sum(axis=1)  # (e,) of the two faces
+    crease = (surface.angles_rad < -CREASE_RAD) | ((surface.bends_rad < -CREASE_RAD) & (inside < 2))  # a small bore bends too
+    rim = (inside == 1) & (np.maximum(np.abs(surface.angles_rad), np.abs(surface.bends_rad)) > EDGE_RAD)
+    apart = crease | rim
     pieces = connected_labels(pairs[within & ~apart], len(parts))
     return merged_small(pieces, surface, least, within)
 
 
 def merged_small(parts: IntArray, surface: Surface, least: float, within: BoolArray | None = None) -> IntArray:
-    """Parts with those that are small or ragged joined, smallest first, to a neighbour, (m,).
+    """Parts with those that are small, then those that are ragged, joined to a neighbour, (m,), the smallest first.
 
     Small is below the fraction `least` of the area. Of its neighbours (across the edges `within`, all where None) a part
     joins the one with the costliest common border: the one that it continues. Small parts that joined each other go on
     until they reach one that is not small; without any neighbour left they stay.
     """
+    least_mm2 = least * float(surface.areas_mm2.sum())
     size = np.bincount(parts, weights=surface.areas_mm2)
-    across = _borders(parts, surface, within)
-    outline = np.array([sum(length for _, length in border.values()) for border in across])
-    small = (size < least * size.sum()) | (outline**2 > RAGGED * size)
+    parts = _joined(parts, size < least_mm2, surface, within)  # first: crumbs along a border would make it look ragged
+    parts = np.unique(parts, return_inverse=True)[1]
+    size = np.bincount(parts, weights=surface.areas_mm2)
+    ends, among = _ends(parts, surface, within)
+    outline_mm = np.bincount(ends.ravel(), np.repeat(surface.lengths_mm[among], 2), len(size))
+    return _joined(parts, (size < least_mm2) | (outline_mm**2 > RAGGED * size), surface, within)
+
+
+def _joined(parts: IntArray, small: BoolArray, surface: Surface, within: BoolArray | None) -> IntArray:
+    """Parts with those of `small` (k,) joined to the neighbours that they continue, (m,)."""
+    size = np.bincount(parts, weights=surface.areas_mm2)
+    across = _border_costs(parts, surface, within)
     into = np.arange(len(size))
     waiting = [(float(size[p]), int(p)) for p in np.flatnonzero(small)]
     heapq.heapify(waiting)
@@ -57,40 +71,51 @@ def merged_small(parts: IntArray, surface: Surface, least: float, within: BoolAr
         area, p = heapq.heappop(waiting)
         if area != size[p] or into[p] != p or not across[p]:
             continue  # it has grown or joined another meanwhile, or fills its surroundings
-        q = max(across[p], key=lambda i: (across[p][i][0], -i))
-        for r, (cost, length) in across[p].items():
+        q = max(across[p], key=lambda i: (across[p][i], -i))
+        for r, cost in across[p].items():
             del across[r][p]
             if r != q:
-                old_cost, old_length = across[q].get(r, (0.0, 0.0))
-                across[q][r] = across[r][q] = (old_cost + cost, old_length + length)
-        into[into == p] = q
+                across[q][r] = across[r][q] = across[q].get(r, 0.0) + cost
+        into[p] = q
         size[q] += size[p]
         if small[q]:
             heapq.heappush(waiting, (float(size[q]), q))
+    while (into[into] != into).any():
+        into = into[into]
     return np.asarray(into[parts])
 
 
-def _borders(parts: IntArray, surface: Surface, within: BoolArray | None) -> list[dict[int, tuple[float, float]]]:
-    """Cost and length of the border of each part with each neighbour."""
-    count = int(parts.max()) + 1
+def _ends(parts: IntArray, surface: Surface, within: BoolArray | None) -> tuple[IntArray, BoolArray]:
+    """The two parts, the lower number first, at each edge between parts, (b, 2), and which edges those are, (e,)."""
     ends = np.sort(parts[surface.pairs], axis=1)  # (e, 2)
-    apart = ends[:, 0] != ends[:, 1]
+    among = ends[:, 0] != ends[:, 1]
     if within is not None:
-        apart &= within
-    keys, inverse = np.unique(ends[apart] @ np.array([count, 1]), return_inverse=True)
-    lengths = surface.lengths_mm[apart]
-    costs = np.bincount(inverse, weights=lengths * surface.shares[apart], minlength=len(keys))
-    lengths = np.bincount(inverse, weights=lengths, minlength=len(keys))
-    across: list[dict[int, tuple[float, float]]] = [{} for _ in range(count)]
-    for key, cost, length in zip(keys.tolist(), costs.tolist(), lengths.tolist(), strict=True):
+        among &= within
+    return ends[among], among
+
+
+def _border_costs(parts: IntArray, surface: Surface, within: BoolArray | None) -> list[dict[int, float]]:
+    """Cost of the border of each part with each neighbour."""
+    count = int(parts.max()) + 1
+    ends, among = _ends(parts, surface, within)
+    keys, inverse = np.unique(ends @ np.array([count, 1]), return_inverse=True)
+    costs = np.bincount(inverse, weights=(surface.lengths_mm * surface.shares)[among], minlength=len(keys))
+    across: list[dict[int, float]] = [{} for _ in range(count)]
+    for key, cost in zip(keys.tolist(), costs.tolist(), strict=True):
         p, q = divmod(key, count)
-        across[p][q] = across[q][p] = (cost, length)
+        across[p][q] = across[q][p] = cost
     return across
 
 
 def _hollow_faces(surface: Surface) -> BoolArray:
-    """Faces of smooth patches that curve inwards all round, such as bores, (m,)."""
-    smooth = np.abs(surface.angles_rad) <= CREASE_RAD
+    """Faces of smooth patches that curve inwards all round, such as bores, (m,); patches end at edges or where all bends."""
+    return _hollow_within(surface, np.abs(surface.angles_rad) <= EDGE_RAD) | _hollow_within(
+        surface, np.abs(surface.bends_rad) <= EDGE_RAD
+    )
+
+
+def _hollow_within(surface: Surface, smooth: BoolArray) -> BoolArray:
+    """Faces of hollow patches that the edges `smooth` (e,) hold together, (m,)."""
     patch = connected_labels(surface.pairs[smooth], len(surface.areas_mm2))
     count = int(patch.max()) + 1
     turn = np.bincount(

@@ -6,9 +6,14 @@ import numpy as np
 
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
 from gripwright.geometry.adjacency import connected_labels, edge_lengths_mm, exterior_angles_rad, face_adjacency
+from gripwright.geometry.bends import bends_rad
 from gripwright.geometry.measures import face_areas_mm2, face_centres_mm, face_cross_mm2
 from gripwright.geometry.rays import morton_order
 from gripwright_builtin.segmenters.energy import SMOOTH_RAD, border_shares
+
+
+REACH = 0.02
+"""How far to either side of an edge its surroundings go, as a fraction of the square root of the surface's area."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -19,6 +24,7 @@ class Surface:
     area_vectors_mm2: FloatArray  # (m, 3) outward normal times area
     pairs: IntArray  # (e, 2) faces
     angles_rad: FloatArray  # (e,) exterior
+    bends_rad: FloatArray  # (e,) exterior, of the edge and what is around it
     lengths_mm: FloatArray  # (e,)
     shares: FloatArray  # (e,) cost of a border for its length
 
@@ -29,13 +35,16 @@ def surface_of(mesh: Mesh) -> Surface:
     area_vectors = face_cross_mm2(mesh) / 2.0
     areas = np.linalg.norm(area_vectors, axis=1)
     angles = exterior_angles_rad(mesh, adjacency, area_vectors)
+    normals = area_vectors / np.maximum(areas, np.finfo(float).tiny)[:, None]
+    bends = bends_rad(mesh, adjacency, angles, normals, REACH * float(np.sqrt(areas.sum())))
     return Surface(
         areas_mm2=areas,
         area_vectors_mm2=area_vectors,
         pairs=adjacency.pairs,
         angles_rad=angles,
+        bends_rad=bends,
         lengths_mm=edge_lengths_mm(mesh, adjacency),
-        shares=border_shares(angles),
+        shares=border_shares(angles, bends),
     )
 
 

@@ -48,6 +48,13 @@ def two_face_edges(mesh: Mesh) -> tuple[IntArray, BoolArray]:
     return np.stack((first, second), axis=1) % len(mesh.faces), halves[first, 0] == halves[second, 1]
 
 
+def open_half_edges(mesh: Mesh) -> tuple[IntArray, IntArray]:
+    """Edges of one face only, (k, 2) vertices in the sense of the face, and that face, (k,)."""
+    halves, order, start, count = _half_edges_by_edge(mesh)
+    single = order[start[count == 1]]
+    return halves[single], single % len(mesh.faces)
+
+
 def open_bodies(mesh: Mesh, body: IntArray) -> BoolArray:
     """Which bodies (bodies,), `body` (m,) naming that of each face, have an edge with an odd number of their own faces."""
     _, order, start, count = _half_edges_by_edge(mesh)

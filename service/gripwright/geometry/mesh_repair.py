@@ -1,4 +1,5 @@
-"""From the triangles of a file to a consistently wound surface: merged vertices, no degenerate faces, normals outward."""
+"""From the triangles of a file to a consistently wound surface: merged vertices, no degenerate faces, no cracks at
+T-junctions, normals outward."""
 
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ from gripwright.domain.errors import InvalidGeometry
 from gripwright.domain.shape import IntArray, Mesh
 from gripwright.geometry.adjacency import face_adjacency
 from gripwright.geometry.measures import diagonal_mm, face_areas_mm2, face_cross_mm2, volume_mm3
+from gripwright.geometry.t_junctions import without_t_junctions
 from gripwright.geometry.winding import inward_faces
 
 VOLUME_MIN = 1e-9
@@ -28,32 +30,34 @@ class Repair:
 
     mesh: Mesh
     degenerate_faces: int
+    divided_faces: int  # along edges on which corners of other faces lie
     flipped_faces: int
     open_edges: int
     non_manifold_edges: int
 
 
 def repaired(mesh: Mesh) -> Mesh:
-    """The solid of a file's mesh with its own triangles: vertices merged, degenerate faces gone, normals outward."""
+    """The solid of a file's mesh with its own triangles: merged, without degenerate faces and T-junctions, normals outward."""
     return repair(mesh).mesh
 
 
 def repair(mesh: Mesh) -> Repair:
-    """Merge vertices, drop degenerate faces and turn faces outward; `InvalidGeometry` where no solid can be made of it."""
+    """Merge vertices, drop degenerate faces, close cracks at T-junctions, turn faces outward; `InvalidGeometry` where no solid can be made of it."""
     _require_numbers(mesh)
     merged = _merge_vertices(mesh)
     kept = _distinct_faces(merged.faces)
     if not kept.size:
         raise InvalidGeometry("mesh has no surface: all faces are degenerate", faces=len(mesh.faces))
-    distinct = _used_vertices(merged, kept)
-    flips = inward_faces(distinct)
-    faces = np.where(flips[:, None], distinct.faces[:, ::-1], distinct.faces)
-    solid = Mesh(vertices_mm=distinct.vertices_mm, faces=faces, source_faces=kept)
+    whole, divided = without_t_junctions(_used_vertices(merged, kept))
+    flips = inward_faces(whole)
+    faces = np.where(flips[:, None], whole.faces[:, ::-1], whole.faces)
+    solid = Mesh(vertices_mm=whole.vertices_mm, faces=faces, source_faces=kept[whole.source_faces])
     adjacency = face_adjacency(solid)
     _require_solid(solid, adjacency.open_edges)
     return Repair(
         mesh=solid,
         degenerate_faces=len(mesh.faces) - len(kept),
+        divided_faces=divided,
         flipped_faces=int(flips.sum()),
         open_edges=adjacency.open_edges,
         non_manifold_edges=adjacency.non_manifold_edges,

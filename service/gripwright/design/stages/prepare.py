@@ -82,6 +82,7 @@ def _extent_mm(mesh: Mesh) -> float:
 def _warnings(done: Repair) -> tuple[str, ...]:
     notes = (
         (done.degenerate_faces, "degenerate or double faces left out: {}"),
+        (done.divided_faces, "faces divided where corners of others lie on their edges: {}"),
         (done.flipped_faces, "faces that were wound inwards turned round: {}"),
         (done.open_edges, "the mesh is open: {} edges have one face only"),
         (done.non_manifold_edges, "the mesh is not manifold: {} edges have more than two faces or faces of opposite sense"),
