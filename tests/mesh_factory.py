@@ -72,6 +72,15 @@ def filleted_boss(sections: int) -> Mesh:
     return turned_mesh(((0.0, 0.0), (30.0, 0.0), (30.0, 8.0), *fillet, (10.0, 40.0), (0.0, 40.0)), sections)
 
 
+def plate_with_low_bosses(sections: int) -> Mesh:
+    """A plate 100 × 100 × 8 with nine bosses of radius 8 that stand out by 1: hardly thicker than the plate, and small."""
+    solid = manifold3d.Manifold.cube((100.0, 100.0, 8.0))
+    for x in (20.0, 50.0, 80.0):
+        for y in (20.0, 50.0, 80.0):
+            solid += manifold3d.Manifold.cylinder(5.0, 8.0, 8.0, sections).translate((x, y, 4.0))
+    return mesh_of(solid)
+
+
 def soup(mesh: Mesh) -> Mesh:
     """The same triangles as an STL file has them: no shared vertices."""
     return Mesh(vertices_mm=mesh.triangles_mm.reshape(-1, 3), faces=np.arange(3 * len(mesh.faces)).reshape(-1, 3))

@@ -15,6 +15,7 @@ import numpy as np
 from gripwright.design.stages.prepare import PrepareSettings, prepare
 from gripwright.design.stages.segment import segment, source_labels
 from gripwright.domain.assembly import IDENTITY, Component
+from gripwright.domain.errors import GripwrightError, InvalidGeometry, Rejection
 from gripwright.domain.shape import IntArray, Mesh
 from gripwright.plugin_api import RunContext
 from gripwright_builtin.segmenters.sdf import SdfSegmenter
@@ -35,10 +36,22 @@ def read_off(path: Path) -> Mesh:
 
 
 def labels_of(mesh: Mesh, settings: SdfSegmenter.Settings) -> IntArray:
-    """Segment number of each face of the file."""
+    """Segment number of each face of the file; `GripwrightError` where it is refused."""
     prepared = prepare(mesh, PrepareSettings(), RunContext()).mesh
     component = Component(id="mesh", mesh=prepared, X_PC=IDENTITY)
-    return source_labels(prepared, segment(component, SdfSegmenter(settings), RunContext()), len(mesh.faces))
+    segments = segment(component, SdfSegmenter(settings), RunContext())
+    if isinstance(segments, Rejection):
+        raise InvalidGeometry(segments.detail)
+    return source_labels(prepared, segments, len(mesh.faces))
+
+
+def found_or_whole(path: Path, settings: SdfSegmenter.Settings) -> tuple[IntArray, str | None]:
+    """Labels of a mesh file, and why it is refused; a refused mesh counts as one segment."""
+    mesh = read_off(path)
+    try:
+        return labels_of(mesh, settings), None
+    except GripwrightError as refusal:
+        return np.zeros(len(mesh.faces), dtype=np.int64), refusal.detail
 
 
 def rand_index(first: IntArray, second: IntArray) -> float:
@@ -68,13 +81,12 @@ def main() -> None:
     settings = SdfSegmenter.Settings.model_validate(dict(item.split("=", 1) for item in arguments.set))
     distances: list[float] = []
     for path, segmentations in segmentations_by_mesh(arguments.folder).items():
-        found = labels_of(read_off(path), settings)
+        found, refusal = found_or_whole(path, settings)
         humans = [np.unique(np.loadtxt(seg, dtype=np.int64), return_inverse=True)[1] for seg in segmentations]
         here = [1.0 - rand_index(found, human) for human in humans]
         distances += here
-        print(
-            json.dumps({"mesh": path.stem, "segments": int(found.max()) + 1, "distance": float(np.mean(here)) if here else None})
-        )
+        line = {"mesh": path.stem, "segments": int(found.max()) + 1, "distance": float(np.mean(here)) if here else None}
+        print(json.dumps(line | ({"refused": refusal} if refusal else {})), flush=True)
     print(json.dumps({"segmentations": len(distances), "mean": float(np.mean(distances)) if distances else None}))
 
 

@@ -5,12 +5,14 @@ import re
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial import cKDTree
 
 from gripwright.design.stages.prepare import PrepareSettings, prepare
 from gripwright.domain.shape import FloatArray, IntArray, Mesh, Segment
 from gripwright.geometry.frames import pose
 from gripwright.geometry.measures import face_areas_mm2, face_centres_mm, face_normals
+from gripwright.geometry.mesh_repair import repaired
 from gripwright.geometry.refine import refine
 from gripwright.plugin_api import RunContext
 from gripwright_builtin.segmenters.sdf import SdfSegmenter
@@ -20,6 +22,7 @@ from mesh_factory import (
     STEPPED_SHAFT,
     box_mesh,
     component_of,
+    filleted_boss,
     moved,
     plate_with_bosses,
     soup,
@@ -110,6 +113,25 @@ def test_each_step_of_a_shaft_is_one_segment_with_its_end_face() -> None:
     thin = (face_centres_mm(mesh)[:, 2] > 20.0 + 1e-9).astype(np.int64)
 
     assert _rand_index(_labels(mesh, _segments(mesh)), thin, face_areas_mm2(mesh)) > 0.999
+
+
+@pytest.mark.parametrize(("sections", "edge_mm"), [(24, 40.0), (48, 1.5), (96, 3.0)])
+def test_a_boss_that_a_fillet_leads_to_is_a_segment(sections: int, edge_mm: float) -> None:
+    mesh = _prepared(refine(filleted_boss(sections), edge_mm))
+
+    segments = _segments(mesh)
+
+    upper = (face_centres_mm(mesh)[:, 2] > 9.5).astype(np.int64)
+    assert len(segments) == 2
+    assert _rand_index(_labels(mesh, segments), upper, face_areas_mm2(mesh)) > 0.95
+
+
+def test_a_crease_blurred_over_several_edges_divides_as_the_sharp_one_does() -> None:
+    sharp = repaired(refine(turned_mesh(SIX_STEPS, 64), 2.0))
+    blurred = trimesh.Trimesh(sharp.vertices_mm, sharp.faces, process=False)
+    trimesh.smoothing.filter_laplacian(blurred, lamb=0.5, iterations=2, volume_constraint=False)
+
+    assert _agreement(turned_mesh(SIX_STEPS, 64), Mesh(vertices_mm=np.array(blurred.vertices), faces=sharp.faces)) >= 0.97
 
 
 def test_hull_volume_is_that_of_the_segments_points() -> None:

@@ -156,10 +156,18 @@ def test_weights_count_like_repetitions() -> None:
 
 
 def test_a_border_is_dear_on_smooth_surface_and_cheap_in_a_concave_crease() -> None:
-    flat, facet, convex, concave = border_shares(np.radians([0.0, 15.0, 90.0, -90.0]))
+    angles = np.radians([0.0, 15.0, 90.0, -90.0])
+
+    flat, facet, convex, concave = border_shares(angles, angles)
 
     assert flat == facet == 1.0
-    assert concave < 0.05 < convex < flat
+    assert concave < 0.02 < convex < 0.5
+
+
+def test_a_concave_bend_without_a_sharp_edge_is_cheap_but_an_edge_in_it_cheaper() -> None:
+    fillet, crease = border_shares(np.radians([-9.0, -90.0]), np.radians([-90.0, -90.0]))
+
+    assert crease < fillet < 0.05
 
 
 def test_the_energy_does_not_change_when_faces_are_divided() -> None:
@@ -184,6 +192,7 @@ def _strip(lengths: list[float], areas: list[float]) -> Surface:
         area_vectors_mm2=np.zeros((count, 3)),
         pairs=np.stack((np.arange(count - 1), np.arange(1, count)), axis=1),
         angles_rad=np.zeros(count - 1),
+        bends_rad=np.zeros(count - 1),
         lengths_mm=np.array(lengths),
         shares=np.ones(count - 1),
     )
@@ -205,6 +214,14 @@ def test_a_long_strip_is_no_segment() -> None:
     parts = merged_small(np.arange(3), _strip([100.0, 90.0], [500.0, 100.0, 500.0]), 0.05)
 
     assert parts[1] == parts[0]
+
+
+def test_crumbs_along_its_border_do_not_make_a_part_a_strip() -> None:
+    surface = _strip([1.0, 1.0, 1.0, 200.0, 1.0], [500.0, 1e-3, 1e-3, 500.0, 1e-3, 500.0])
+
+    parts = merged_small(np.array([0, 1, 2, 3, 4, 5]), surface, 0.01)
+
+    assert len(np.unique(parts)) == 3
 
 
 def test_samples_and_groups_spread_over_the_surface() -> None:

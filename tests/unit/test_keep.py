@@ -19,7 +19,7 @@ from gripwright.jobs.installed import installed_registry
 from gripwright.jobs.steps import step_call
 from gripwright.plugin_api import RunContext
 from gripwright.registry.building import build_toolbox
-from mesh_factory import STEPPED_SHAFT, box_mesh, filleted_boss, plate_with_bosses, turned_mesh
+from mesh_factory import STEPPED_SHAFT, box_mesh, plate_with_bosses, plate_with_low_bosses, turned_mesh
 
 WIDE = Cylinder(
     center_C=np.array([0.0, 0.0, 10.0]), axis_C=np.array([0.0, 0.0, 1.0]), radius_mm=10.0, height_mm=20.0,
@@ -140,10 +140,10 @@ def test_the_remark_names_both_shares_and_the_timings_are_those_of_both() -> Non
 
 
 def test_where_thickness_says_nothing_the_primitives_are_kept() -> None:
-    kept = analysed(filleted_boss(24), segmenter="best")  # the fillet hides where the boss begins
+    kept = analysed(plate_with_low_bosses(24), segmenter="best")
 
     assert kept.segmenter == "primitives"
-    assert len(kept.segments) == 2
+    assert len(kept.segments) == 10
     assert kept.remarks[-1].startswith("primitives kept: its primitives explain ")
     assert "those of sdf " in kept.remarks[-1]
     assert kept.sdf is not None

@@ -12,7 +12,7 @@ from gripwright.geometry.rays import morton_order
 from gripwright_builtin.segmenters.energy import SMOOTH_RAD, border_shares
 
 
-REACH = 0.02
+REACH = 0.04
 """How far to either side of an edge its surroundings go, as a fraction of the square root of the surface's area."""
 
 
