@@ -11,7 +11,6 @@ from gripwright.geometry.measures import face_areas_mm2, face_centres_mm, face_c
 from gripwright.geometry.rays import morton_order
 from gripwright_builtin.segmenters.energy import SMOOTH_RAD, border_shares
 
-
 REACH = 0.04
 """How far to either side of an edge its surroundings go, as a fraction of the square root of the surface's area."""
 

@@ -8,6 +8,8 @@ from gripwright.geometry.adjacency import Adjacency
 
 SHARP_RAD = np.radians(60.0)
 """An edge that turns more is a crease by itself: no walk goes on across it, and what lies beside it stays smooth."""
+FLAT_RAD = np.radians(1.0)
+"""An edge that turns less is not in the middle of a bend: no walk begins there."""
 STEPS_MAX = 200
 """Faces that one walk may cross."""
 PARTS = 16
@@ -17,10 +19,10 @@ PARTS = 16
 def bends_rad(mesh: Mesh, adjacency: Adjacency, angles_rad: FloatArray, normals: FloatArray, reach_mm: float) -> FloatArray:
     """Turn of the surface from one side of each edge to the other, (e,): positive convex, negative concave.
 
-    A walk leads from the edge's middle straight over the surface, square to the edge, `reach_mm` to either side. It sums the
-    turns of the edges it crosses (`angles_rad` (e,), exterior), an edge at the end of the reach counting nothing and the edge
-    itself in full; it ends at sharp edges. Where the walk turns both ways, the part of it that turns farthest counts: a low step has a crease and a
-    convex edge. `normals` (m, 3) are units.
+    A walk leads from the edge's middle straight over the surface, square to the edge, `reach_mm` to either side or to a sharp
+    edge. It sums the turns of the edges it crosses (`angles_rad` (e,), exterior), an edge at the end of the reach counting
+    nothing and the edge itself in full. Where the walk turns both ways, the part of it that turns farthest counts: a low step
+    has a crease and a convex edge. An edge that hardly turns itself has no bend. `normals` (m, 3) are units.
     """
     ways = _ways(mesh.vertices_mm, np.ascontiguousarray(normals), adjacency.pairs, adjacency.edges, angles_rad)
     return np.asarray(_bends(mesh.vertices_mm, adjacency.pairs, adjacency.edges, angles_rad, *ways, reach_mm, PARTS))
@@ -73,6 +75,9 @@ def _bends(
     result = np.empty(count)
     for part in numba.prange(parts):
         for e in range(part * count // parts, (part + 1) * count // parts):
+            result[e] = angles[e]
+            if abs(angles[e]) < FLAT_RAD:
+                continue
             concave, convex = angles[e], angles[e]
             x = (vertices[edges[e, 0], 0] + vertices[edges[e, 1], 0]) / 2.0
             y = (vertices[edges[e, 0], 1] + vertices[edges[e, 1], 1]) / 2.0

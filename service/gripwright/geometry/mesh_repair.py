@@ -42,7 +42,10 @@ def repaired(mesh: Mesh) -> Mesh:
 
 
 def repair(mesh: Mesh) -> Repair:
-    """Merge vertices, drop degenerate faces, close cracks at T-junctions, turn faces outward; `InvalidGeometry` where no solid can be made of it."""
+    """Merge vertices, drop degenerate faces, close cracks at T-junctions, turn faces outward.
+
+    `InvalidGeometry` where no solid can be made of it.
+    """
     _require_numbers(mesh)
     merged = _merge_vertices(mesh)
     kept = _distinct_faces(merged.faces)

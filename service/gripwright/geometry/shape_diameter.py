@@ -18,7 +18,7 @@ FACES_A_CHUNK = 4096
 ACROSS = 0.9
 """Cosine between a normal and an axis from which the axis says too little about the tangent plane."""
 PRECISION = 1e-6
-"""Lengths are told apart from this fraction of the diagonal on, all that single precision knows of them: equal ones stay equal."""
+"""Lengths differ from this fraction of the diagonal on, all that single precision knows of them: equal ones stay equal."""
 SKEW_MIN = 1e-3
 """Least third moment about an axis, as a fraction of that of its absolute values, that says which way the axis points."""
 
