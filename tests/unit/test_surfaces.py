@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from fitting_cases import cramer_rao, random_rotation, revolved
 from gripwright.domain.shape import FloatArray, Mesh
-from gripwright.geometry.surfaces import CylinderFit, corner_vertices, cylinder_from_curvature, fit_cylinder, fit_plane
+from gripwright.geometry.corners import corner_vertices
+from gripwright.geometry.surfaces import CylinderFit, cylinder_from_curvature, fit_cylinder, fit_plane
 
 
 def unit_points(arc_deg: float, columns: int = 24, rows: int = 8) -> FloatArray:

@@ -8,7 +8,8 @@ import numpy as np
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
 from gripwright.geometry.consensus import LARGEST_RADIUS, SurfaceSamples, propose_cylinders, sample_surface, smoothed, support_mm2
 from gripwright.geometry.measures import face_areas_mm2, face_normals
-from gripwright.geometry.surfaces import CylinderFit, corner_vertices, cylinder_from_curvature, fit_cylinder
+from gripwright.geometry.corners import corner_vertices
+from gripwright.geometry.surfaces import CylinderFit, cylinder_from_curvature, fit_cylinder
 from gripwright_builtin.fitters.lateral import (
     FACET_MAX_RAD,
     TILT_MAX,
