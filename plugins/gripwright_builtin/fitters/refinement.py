@@ -1,0 +1,248 @@
+"""A cylinder by least squares on the true corners of the faces that follow it, without what recedes from it. Compiled."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from gripwright.domain.shape import BoolArray, FloatArray, IntArray
+from gripwright.geometry.surfaces import least_squares_cylinder
+from gripwright_builtin.fitters.lateral import FACET_MAX_RAD, TILT_EXACT, TILT_MAX, angles_about, facet_width_rad, weighted_median
+from gripwright_builtin.fitters.patch import Patch
+from gripwright_builtin.fitters.proposals import AXIS, LARGEST_RADIUS, RADIUS, SIGN
+
+FAR = 0.02  # of the size: surface farther from a cylinder does not speak for it
+EXACT = 1e-6  # of the size: rounding of CAD files
+CLEAN = 1e-3  # of the radius: deviation below which the surface carries no noise
+_POINTS = 20000
+_ROUNDS = 4
+_ITERATIONS = 12
+_FAR_OF_RADIUS = 0.1
+_CHORD = 1.0 - float(np.cos(FACET_MAX_RAD / 2.0))  # of the radius: how deep the widest facet lies
+_OUTWARDS = 0.5
+_TRIM = 3.5 * 1.4826  # median distances from which a point is an outlier
+_ASTRAY = 3.5  # standard errors
+_SINGULAR = 1e-14
+
+
+class Refined(NamedTuple):
+    """A fitted cylinder; lengths are shares of the patch's size."""
+
+    cylinder: FloatArray  # (8,) as a hypothesis
+    rms: float
+    radius_sigma: float
+    axis_sigma_rad: float
+    facet_rad: float
+    area: float
+    score: float  # area times the digits of its closeness; 0: no cylinder
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def tolerance(cylinder: FloatArray, rms: float) -> float:
+    """Distance within which a surface lies on a cylinder."""
+    return max(4.0 * rms, CLEAN * cylinder[RADIUS])
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def refined(patch: Patch, normals: FloatArray, chosen: IntArray, start: FloatArray, far: float) -> Refined:
+    """Least squares from a start; twice, since better knows better which faces follow."""
+    nothing = Refined(start.copy(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    cylinder, rms, singular = start.copy(), 0.0, False
+    points, weights, kept = np.empty((0, 3)), np.empty(0), np.empty(0, np.bool_)
+    near = np.empty(0, np.bool_)
+    matrix = np.empty((5, 5))
+    for again in range(2):
+        band = tolerance(cylinder, rms) if again else min(far, _FAR_OF_RADIUS * cylinder[RADIUS])
+        near = _following(patch, normals, chosen, cylinder, band)
+        points, weights = _corners(patch, chosen, near)
+        kept, rms, matrix = _trimmed(points, weights, cylinder, 1 + again * (_ROUNDS - 1))
+        if not len(kept) or not 0.0 < cylinder[RADIUS] < LARGEST_RADIUS:
+            return nothing
+    rms, matrix = _levelled(points, kept, cylinder, rms, matrix)
+    radius_sigma, axis_sigma = _errors(matrix, rms, int(kept.sum()))
+    if not radius_sigma >= 0.0:
+        return nothing
+    area, score = 0.0, 0.0
+    for s in range(len(chosen)):
+        if near[s]:
+            f = chosen[s]
+            off = 0.0
+            for k in range(3):
+                off = max(off, abs(_distance(patch.points[patch.faces[f, k]], cylinder)))
+            area += patch.areas[f]
+            score += patch.areas[f] * max(np.log(far / max(off, 10.0 * EXACT)), 0.0)
+    facet = facet_width_rad(angles_about(points[kept], cylinder))
+    return Refined(cylinder, rms, radius_sigma, axis_sigma, facet, area, score)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _distance(point: FloatArray, cylinder: FloatArray) -> float:
+    """Of a point from the surface, positive outside."""
+    x, y, z = point[0] - cylinder[0], point[1] - cylinder[1], point[2] - cylinder[2]
+    along = x * cylinder[3] + y * cylinder[4] + z * cylinder[5]
+    x, y, z = x - along * cylinder[3], y - along * cylinder[4], z - along * cylinder[5]
+    return np.sqrt(x * x + y * y + z * z) - cylinder[RADIUS]
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _following(patch: Patch, normals: FloatArray, chosen: IntArray, cylinder: FloatArray, band: float) -> BoolArray:
+    """Faces near the cylinder, facing as it does. Half of their area says how much normals may tilt along the axis."""
+    near, tilt = np.zeros(len(chosen), np.bool_), np.empty(len(chosen))
+    ax, ay, az, radius = cylinder[3], cylinder[4], cylinder[5], cylinder[RADIUS]
+    middle = np.empty(3)
+    for s in range(len(chosen)):
+        f = chosen[s]
+        tilt[s] = abs(normals[f, 0] * ax + normals[f, 1] * ay + normals[f, 2] * az)
+        if tilt[s] >= TILT_MAX or not patch.areas[f] > 0.0:
+            continue
+        a, b, c = patch.faces[f, 0], patch.faces[f, 1], patch.faces[f, 2]
+        for k in range(3):
+            middle[k] = (patch.points[a, k] + patch.points[b, k] + patch.points[c, k]) / 3.0 - cylinder[k]
+        along = middle[0] * ax + middle[1] * ay + middle[2] * az
+        x, y, z = middle[0] - along * ax, middle[1] - along * ay, middle[2] - along * az
+        distance = np.sqrt(x * x + y * y + z * z)
+        if not -band <= radius - distance <= band + _CHORD * radius:
+            continue
+        out = (normals[f, 0] * x + normals[f, 1] * y + normals[f, 2] * z) * cylinder[SIGN]
+        near[s] = out > _OUTWARDS * distance
+    if near.any():
+        limit = 3.0 * weighted_median(tilt[near], patch.areas[chosen[near]]) + TILT_EXACT
+        for s in range(len(chosen)):
+            near[s] = near[s] and tilt[s] <= limit
+    return near
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _corners(patch: Patch, chosen: IntArray, near: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """True corners of some faces (p, 3), at most some thousand, each with its share of the faces' area (p,)."""
+    shares, count = np.zeros(len(patch.points)), 0
+    for s in range(len(chosen)):
+        if near[s]:
+            for k in range(3):
+                v = patch.faces[chosen[s], k]
+                if patch.corner[v]:
+                    count += shares[v] == 0.0
+                    shares[v] += patch.areas[chosen[s]] / 3.0
+    every = count // _POINTS + 1
+    points, weights = np.empty((count // every + 1, 3)), np.empty(count // every + 1)
+    seen = taken = 0
+    for v in range(len(shares)):
+        if shares[v] > 0.0:
+            if seen % every == 0:
+                points[taken] = patch.points[v]
+                weights[taken] = shares[v]
+                taken += 1
+            seen += 1
+    return points[:taken], weights[:taken]
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _fit(points: FloatArray, cylinder: FloatArray) -> tuple[float, FloatArray]:
+    """Least squares; changes the cylinder, returns the root mean square distance (−1: none) and JᵀJ."""
+    if len(points) < 6:
+        return -1.0, np.empty((5, 5))
+    point, axis, radius, cost, matrix = least_squares_cylinder(
+        points, cylinder[:3], cylinder[AXIS : AXIS + 3], cylinder[RADIUS], _ITERATIONS
+    )
+    cylinder[:3] = point
+    cylinder[AXIS : AXIS + 3] = axis
+    cylinder[RADIUS] = radius
+    return np.sqrt(cost / len(points)), matrix
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _trimmed(
+    points: FloatArray, weights: FloatArray, cylinder: FloatArray, rounds: int
+) -> tuple[BoolArray, float, FloatArray]:
+    """Least squares with the points left out that are far off for the median (by area) distance; and which were kept."""
+    kept, far = np.ones(len(points), np.bool_), np.empty(len(points))
+    rms, matrix = -1.0, np.empty((5, 5))
+    for _ in range(rounds):
+        rms, matrix = _fit(points[kept], cylinder)
+        if rms < 0.0:
+            return np.empty(0, np.bool_), rms, matrix
+        for i in range(len(points)):
+            far[i] = abs(_distance(points[i], cylinder))
+        limit = max(_TRIM * weighted_median(far[kept], weights[kept]), EXACT)
+        changed = False
+        for i in range(len(points)):
+            now = far[i] <= limit
+            changed = changed or now != kept[i]
+            kept[i] = now
+        if not changed:
+            break
+    if kept.sum() < 6:
+        return np.empty(0, np.bool_), rms, matrix
+    return kept, rms, matrix
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _levelled(
+    points: FloatArray, kept: BoolArray, cylinder: FloatArray, rms: float, matrix: FloatArray
+) -> tuple[float, FloatArray]:
+    """The fit without the points at either end that recede from it: fillets that hide in the noise."""
+    order = np.flatnonzero(kept)
+    along = np.empty(len(order))
+    for i in range(len(order)):
+        along[i] = points[order[i]] @ cylinder[AXIS : AXIS + 3]
+    order = order[np.argsort(along)]
+    first, last = 0, len(order)
+    for _ in range(4):
+        if rms <= 10.0 * EXACT:
+            break
+        low, high = _receding(points, order[first:last], cylinder, rms)
+        if low + high == 0 or last - first - low - high < max(6, len(order) // 3):
+            break
+        first, last = first + low, last - high
+        better, now = _fit(points[order[first:last]], cylinder)
+        if better < 0.0:
+            break
+        rms, matrix = better, now
+    kept[:] = False
+    kept[order[first:last]] = True
+    return rms, matrix
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _receding(points: FloatArray, order: IntArray, cylinder: FloatArray, rms: float) -> tuple[int, int]:
+    """How many points, from either end of `order`, lie deeper than noise explains: where their sum is least likely."""
+    count = len(order)
+    cut = np.zeros(2, np.int64)
+    for end in range(2):
+        total, worst = 0.0, -_ASTRAY
+        for i in range(count // 2):
+            total += _distance(points[order[count - 1 - i if end else i]], cylinder) * cylinder[SIGN]
+            errors = total / (rms * np.sqrt(i + 1.0))
+            if i >= 2 and errors < worst:
+                worst, cut[end] = errors, i + 1
+    return cut[0], cut[1]
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _errors(matrix: FloatArray, rms: float, count: int) -> tuple[float, float]:
+    """Standard errors of radius and axis, σ² (JᵀJ)⁻¹; −1 where the points determine no cylinder."""
+    factor = np.zeros((5, 5))
+    for i in range(5):
+        for j in range(i + 1):
+            total = matrix[i, j]
+            for k in range(j):
+                total -= factor[i, k] * factor[j, k]
+            if i == j:
+                if not total > _SINGULAR * matrix[i, i]:
+                    return -1.0, -1.0
+                factor[i, i] = np.sqrt(total)
+            else:
+                factor[i, j] = total / factor[j, j]
+    inverse = np.zeros((5, 5))  # of the factor
+    for j in range(5):
+        inverse[j, j] = 1.0 / factor[j, j]
+        for i in range(j + 1, 5):
+            total = 0.0
+            for k in range(j, i):
+                total -= factor[i, k] * inverse[k, j]
+            inverse[i, j] = total / factor[i, i]
+    variance = rms * rms * count / max(count - 5, 1)
+    axis = 0.0
+    for i in range(5):
+        axis += inverse[i, 0] ** 2 + inverse[i, 1] ** 2
+    return np.sqrt(variance) * abs(inverse[4, 4]), np.sqrt(variance * axis)
