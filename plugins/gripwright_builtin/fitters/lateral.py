@@ -88,7 +88,9 @@ def facet_width_rad(angles_rad: FloatArray) -> float:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def lateral_surface(patch: Patch, normals: FloatArray, cylinder: FloatArray, tolerance: float, facet_rad: float) -> Lateral:
+def lateral_surface(
+    patch: Patch, normals: FloatArray, cylinder: FloatArray, tolerance: float, facet_rad: float, rms: float
+) -> Lateral:
     """The faces that lie on a cylinder and face as it does.
 
     `tolerance` bounds the distance of a face's corners from the surface; chords of facets of `facet_rad` may lie deeper.
@@ -120,7 +122,7 @@ def lateral_surface(patch: Patch, normals: FloatArray, cylinder: FloatArray, tol
     if count == 0:
         return Lateral(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     limit = 3.0 * weighted_median(tilts[:count], patch.areas[on[:count]]) + TILT_EXACT
-    return _spread(patch, on[:count][tilts[:count] <= limit], angles, along, radius, max(1.5 * facet_rad, _FACET_MIN))
+    return _spread(patch, on[:count][tilts[:count] <= limit], angles, along, radius, max(1.5 * facet_rad + 6.0 * rms / radius, _FACET_MIN))
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

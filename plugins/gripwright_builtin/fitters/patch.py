@@ -8,7 +8,8 @@ from numba import njit
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray
 from gripwright.geometry.corners import corner_mask
 
-_ALIKE = 0.3  # cosine between normals that are averaged: noise goes, edges stay
+_SHARP, _BLUNT = float(np.radians(3.0)), float(np.radians(72.0))  # between normals that are averaged
+_SPREAD = 8.0  # times the angle to the most similar neighbour
 _PASSES = 3
 
 
@@ -86,6 +87,7 @@ def smooth_normals(patch: Patch) -> FloatArray:
             star[start[v + 1]] = f
             start[v + 1] += 1
     normals, smoothed = patch.normals.copy(), np.empty_like(patch.normals)
+    alike = np.cos(min(max(_SPREAD * _roughness(patch, start, star), _SHARP), _BLUNT))
     for _ in range(_PASSES):
         for f in range(len(patch.faces)):
             nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
@@ -94,7 +96,7 @@ def smooth_normals(patch: Patch) -> FloatArray:
                 v = patch.faces[f, k]
                 for at in range(start[v], start[v + 1]):
                     g = star[at]
-                    if nx * normals[g, 0] + ny * normals[g, 1] + nz * normals[g, 2] > _ALIKE:
+                    if nx * normals[g, 0] + ny * normals[g, 1] + nz * normals[g, 2] > alike:
                         area = patch.areas[g]
                         x += area * normals[g, 0]
                         y += area * normals[g, 1]
@@ -105,3 +107,19 @@ def smooth_normals(patch: Patch) -> FloatArray:
             smoothed[f, 0], smoothed[f, 1], smoothed[f, 2] = x, y, z
         normals, smoothed = smoothed, normals
     return normals
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _roughness(patch: Patch, start: IntArray, star: IntArray) -> float:
+    """Median angle between a face's normal and the most similar one around it, rad."""
+    nearest = np.empty(len(patch.faces))
+    for f in range(len(patch.faces)):
+        nearest[f] = 4.0
+        for k in range(3):
+            v = patch.faces[f, k]
+            for at in range(start[v], start[v + 1]):
+                g = star[at]
+                if g != f:
+                    x, y, z = patch.normals[f] - patch.normals[g]
+                    nearest[f] = min(nearest[f], x * x + y * y + z * z)
+    return float(np.sqrt(np.median(nearest)))

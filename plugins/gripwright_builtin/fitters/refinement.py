@@ -15,12 +15,12 @@ FAR = 0.02  # of the size: surface farther from a cylinder does not speak for it
 EXACT = 1e-6  # of the size: rounding of CAD files
 CLEAN = 1e-3  # of the radius: deviation below which the surface carries no noise
 _POINTS = 20000
-_ROUNDS = 4
+_ROUNDS = 6
 _ITERATIONS = 12
 _FAR_OF_RADIUS = 0.1
 _CHORD = 1.0 - float(np.cos(FACET_MAX_RAD / 2.0))  # of the radius: how deep the widest facet lies
 _OUTWARDS = 0.5
-_TRIM = 3.5 * 1.4826  # median distances from which a point is an outlier
+_SPREAD = 2.8  # times the likely distance from which a point is an outlier
 _ASTRAY = 3.5  # standard errors
 _SINGULAR = 1e-14
 
@@ -33,6 +33,7 @@ class Refined(NamedTuple):
     radius_sigma: float
     axis_sigma_rad: float
     facet_rad: float
+    bent: float  # by how much the sum of squares beats a plane's, in squared standard deviations
     area: float
     score: float  # area times the digits of its closeness; 0: no cylinder
 
@@ -46,33 +47,51 @@ def tolerance(cylinder: FloatArray, rms: float) -> float:
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def refined(patch: Patch, normals: FloatArray, chosen: IntArray, start: FloatArray, far: float) -> Refined:
     """Least squares from a start; twice, since better knows better which faces follow."""
-    nothing = Refined(start.copy(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    nothing = Refined(start.copy(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     cylinder, rms, singular = start.copy(), 0.0, False
-    points, weights, kept = np.empty((0, 3)), np.empty(0), np.empty(0, np.bool_)
+    points, kept = np.empty((0, 3)), np.empty(0, np.bool_)
     near = np.empty(0, np.bool_)
     matrix = np.empty((5, 5))
     for again in range(2):
         band = tolerance(cylinder, rms) if again else min(far, _FAR_OF_RADIUS * cylinder[RADIUS])
         near = _following(patch, normals, chosen, cylinder, band)
-        points, weights = _corners(patch, chosen, near)
-        kept, rms, matrix = _trimmed(points, weights, cylinder, 1 + again * (_ROUNDS - 1))
+        points = _corners(patch, chosen, near)
+        kept, rms, matrix = _trimmed(points, cylinder, band, again == 1)
         if not len(kept) or not 0.0 < cylinder[RADIUS] < LARGEST_RADIUS:
             return nothing
     rms, matrix = _levelled(points, kept, cylinder, rms, matrix)
     radius_sigma, axis_sigma = _errors(matrix, rms, int(kept.sum()))
     if not radius_sigma >= 0.0:
         return nothing
-    area, score = 0.0, 0.0
+    area = 0.0
     for s in range(len(chosen)):
         if near[s]:
-            f = chosen[s]
+            area += patch.areas[chosen[s]]
+    score = scored(patch, normals, chosen, cylinder, far, 10.0 * EXACT)
+    bent = _bent(points[kept], rms)
+    facet = facet_width_rad(angles_about(points[kept], cylinder))
+    return Refined(cylinder, rms, radius_sigma, axis_sigma, facet, bent, area, score)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def scored(patch: Patch, normals: FloatArray, chosen: IntArray, cylinder: FloatArray, far: float, noise: float) -> float:
+    """Area of the faces that follow a cylinder times the digits of their closeness; closer than `noise` is not better."""
+    near, score = _following(patch, normals, chosen, cylinder, far), 0.0
+    for s in range(len(chosen)):
+        if near[s]:
             off = 0.0
             for k in range(3):
-                off = max(off, abs(_distance(patch.points[patch.faces[f, k]], cylinder)))
-            area += patch.areas[f]
-            score += patch.areas[f] * max(np.log(far / max(off, 10.0 * EXACT)), 0.0)
-    facet = facet_width_rad(angles_about(points[kept], cylinder))
-    return Refined(cylinder, rms, radius_sigma, axis_sigma, facet, area, score)
+                off = max(off, abs(_distance(patch.points[patch.faces[chosen[s], k]], cylinder)))
+            score += patch.areas[chosen[s]] * max(np.log(far / max(off, noise)), 0.0)
+    return score
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _bent(points: FloatArray, rms: float) -> float:
+    """By how much a plane's sum of squares is larger, in squared standard deviations."""
+    centred = points - np.array([points[:, 0].mean(), points[:, 1].mean(), points[:, 2].mean()])
+    flat = max(np.linalg.eigvalsh(centred.T @ centred)[0], 0.0)
+    return (flat - len(points) * rms * rms) / max(rms * rms, EXACT * EXACT)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -113,36 +132,35 @@ def _following(patch: Patch, normals: FloatArray, chosen: IntArray, cylinder: Fl
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _corners(patch: Patch, chosen: IntArray, near: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """True corners of some faces (p, 3), at most some thousand, each with its share of the faces' area (p,)."""
-    shares, count = np.zeros(len(patch.points)), 0
+def _corners(patch: Patch, chosen: IntArray, near: BoolArray) -> FloatArray:
+    """True corners of some faces, at most some thousand, (p, 3)."""
+    used, count = np.zeros(len(patch.points), np.bool_), 0
     for s in range(len(chosen)):
         if near[s]:
             for k in range(3):
                 v = patch.faces[chosen[s], k]
-                if patch.corner[v]:
-                    count += shares[v] == 0.0
-                    shares[v] += patch.areas[chosen[s]] / 3.0
+                if patch.corner[v] and not used[v]:
+                    used[v] = True
+                    count += 1
     every = count // _POINTS + 1
-    points, weights = np.empty((count // every + 1, 3)), np.empty(count // every + 1)
+    points = np.empty((count // every + 1, 3))
     seen = taken = 0
-    for v in range(len(shares)):
-        if shares[v] > 0.0:
+    for v in range(len(used)):
+        if used[v]:
             if seen % every == 0:
                 points[taken] = patch.points[v]
-                weights[taken] = shares[v]
                 taken += 1
             seen += 1
-    return points[:taken], weights[:taken]
+    return points[:taken]
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _fit(points: FloatArray, cylinder: FloatArray) -> tuple[float, FloatArray]:
+def _fit(points: FloatArray, cylinder: FloatArray, iterations: int) -> tuple[float, FloatArray]:
     """Least squares; changes the cylinder, returns the root mean square distance (−1: none) and JᵀJ."""
     if len(points) < 6:
         return -1.0, np.empty((5, 5))
     point, axis, radius, cost, matrix = least_squares_cylinder(
-        points, cylinder[:3], cylinder[AXIS : AXIS + 3], cylinder[RADIUS], _ITERATIONS
+        points, cylinder[:3], cylinder[AXIS : AXIS + 3], cylinder[RADIUS], iterations
     )
     cylinder[:3] = point
     cylinder[AXIS : AXIS + 3] = axis
@@ -151,29 +169,42 @@ def _fit(points: FloatArray, cylinder: FloatArray) -> tuple[float, FloatArray]:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _trimmed(
-    points: FloatArray, weights: FloatArray, cylinder: FloatArray, rounds: int
-) -> tuple[BoolArray, float, FloatArray]:
-    """Least squares with the points left out that are far off for the median (by area) distance; and which were kept."""
-    kept, far = np.ones(len(points), np.bool_), np.empty(len(points))
+def _trimmed(points: FloatArray, cylinder: FloatArray, band: float, last: bool) -> tuple[BoolArray, float, FloatArray]:
+    """Least squares on the points whose closeness is least likely by chance, again as long as they change; and which."""
+    kept, far = np.zeros(len(points), np.bool_), np.empty(len(points))
     rms, matrix = -1.0, np.empty((5, 5))
-    for _ in range(rounds):
-        rms, matrix = _fit(points[kept], cylinder)
-        if rms < 0.0:
-            return np.empty(0, np.bool_), rms, matrix
+    for _ in range(_ROUNDS if last else _ROUNDS // 2):
         for i in range(len(points)):
             far[i] = abs(_distance(points[i], cylinder))
-        limit = max(_TRIM * weighted_median(far[kept], weights[kept]), EXACT)
-        changed = False
+        limit = _SPREAD * _likely(far, band)
+        changed = 0
         for i in range(len(points)):
             now = far[i] <= limit
-            changed = changed or now != kept[i]
+            changed += now != kept[i]
             kept[i] = now
         if not changed:
             break
-    if kept.sum() < 6:
-        return np.empty(0, np.bool_), rms, matrix
+        rms, matrix = _fit(points[kept], cylinder, _ITERATIONS if last else _ITERATIONS // 3)
+        if rms < 0.0 or not 0.0 < cylinder[RADIUS] < LARGEST_RADIUS:
+            return np.empty(0, np.bool_), rms, matrix
     return kept, rms, matrix
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _likely(far: FloatArray, band: float) -> float:
+    """The distance within which so many points are least likely by chance: (k − 5) · log(band / d) is largest.
+
+    Unlike a median it needs no majority, and is that of the noise (about its standard deviation) whatever else is near.
+    """
+    ordered = np.sort(far)
+    best, most = band, 0.0
+    for k in range(5, len(ordered)):
+        if ordered[k] >= band:
+            break
+        value = (k - 4) * np.log(band / max(ordered[k], EXACT))
+        if value > most:
+            best, most = ordered[k], value
+    return max(best, EXACT)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -194,7 +225,7 @@ def _levelled(
         if low + high == 0 or last - first - low - high < max(6, len(order) // 3):
             break
         first, last = first + low, last - high
-        better, now = _fit(points[order[first:last]], cylinder)
+        better, now = _fit(points[order[first:last]], cylinder, _ITERATIONS)
         if better < 0.0:
             break
         rms, matrix = better, now

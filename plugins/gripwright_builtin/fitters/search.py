@@ -104,7 +104,7 @@ def _search(vertices_mm: FloatArray, mesh_faces: IntArray, ids: IntArray, seed: 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _nothing() -> Refined:
-    return Refined(np.zeros(8), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Refined(np.zeros(8), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -203,7 +203,7 @@ def _row(patch: Patch, normals: FloatArray, chosen: IntArray, rough: Refined, fa
     if not fit.score > 0.0 or not fit.facet_rad > 0.0:
         return False
     cylinder = fit.cylinder
-    on: Lateral = lateral_surface(patch, normals, cylinder, tolerance(cylinder, fit.rms), fit.facet_rad)
+    on: Lateral = lateral_surface(patch, normals, cylinder, tolerance(cylinder, fit.rms), fit.facet_rad, fit.rms)
     if not on.area > 0.0:
         return False
     around = 0.0
