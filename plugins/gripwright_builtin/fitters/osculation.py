@@ -4,34 +4,102 @@ import numpy as np
 from numba import njit
 
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray
+from gripwright.geometry.surfaces import perpendiculars
+from gripwright_builtin.fitters.chance import likely
 from gripwright_builtin.fitters.patch import Patch
 from gripwright_builtin.fitters.proposals import AXIS, LARGEST_RADIUS, RADIUS, SIGN
 
 _ONE_WAY = 0.75  # cosine between a part's mean direction and its normals
 _REWEIGHTS = 6
+_FEW = 14  # points: too few to weigh
+_DIRECTIONS = 12  # of an axis in a part's mean plane
+_BEST = 2
 _FLAT = 1e-6  # curvature, of 1 / size
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def osculating(patch: Patch, normals: FloatArray, chosen: IntArray, parts: int) -> FloatArray:
-    """One cylinder a part, as hypotheses (h, 8)."""
+def osculating(patch: Patch, normals: FloatArray, chosen: IntArray, parts: int, wide: float) -> FloatArray:
+    """Some cylinders a part, as hypotheses (h, 8)."""
     left = patch.areas[chosen]
-    found, count = np.empty((parts, 8)), 0
+    found, count = np.empty((parts * (_BEST + 1), 8)), 0
     for _ in range(parts):
         part = _part(normals, chosen, left)
         vertices = _vertices(patch, chosen, part)
-        for s in range(len(chosen)):
-            if part[s]:
-                left[s] = 0.0
-        if len(vertices) < 6:
-            continue
         mean = np.zeros(3)
         for s in range(len(chosen)):
             if part[s]:
+                left[s] = 0.0
                 mean += patch.areas[chosen[s]] * normals[chosen[s]]
-        if _osculate(patch.points[vertices], mean, found[count]):
-            count += 1
+        length = np.sqrt(mean @ mean)
+        if len(vertices) < 6 or not length > 0.0:
+            continue
+        count += _osculate(patch.points[vertices], mean / length, found[count])
+        count += _swept(patch.points[vertices], mean / length, wide, found[count:])
     return found[:count]
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _swept(points: FloatArray, up: FloatArray, band: float, found: FloatArray) -> int:
+    """Parabolas across some directions of a part's mean plane; the least likely ones by chance become cylinders."""
+    frame = np.empty((2, 3))
+    perpendiculars(up, frame)
+    tries, values = np.empty((_DIRECTIONS, 8)), np.zeros(_DIRECTIONS)
+    height, far = points @ up, np.empty(len(points))
+    for d in range(_DIRECTIONS):
+        angle = np.pi * d / _DIRECTIONS
+        across = np.cos(angle) * frame[0] + np.sin(angle) * frame[1]
+        u = points @ across
+        middle = u.mean()
+        keep = np.ones(len(u), np.bool_)
+        a = b = c = 0.0
+        for _ in range(3):
+            a, b, c = _parabola(u - middle, height, keep)
+            for i in range(len(u)):
+                far[i] = abs(height[i] - a - (u[i] - middle) * (b + (u[i] - middle) * c))
+            limit, values[d] = likely(far, band, 4)
+            keep = far <= 1.6 * limit
+        slope = np.sqrt(1.0 + b * b)
+        if abs(c) * 2.0 < 1.0 / LARGEST_RADIUS:
+            values[d] *= 0.5
+        radius = min(slope**3 / max(abs(2.0 * c), 1e-9), LARGEST_RADIUS * 0.99)
+        side = 1.0 if c > 0.0 else -1.0
+        tries[d, :3] = middle * across + a * up + side * radius * (up - b * across) / slope
+        tries[d, AXIS : AXIS + 3] = np.cross(across, up)
+        tries[d, RADIUS], tries[d, SIGN] = radius, -side
+    count = 0
+    for _ in range(_BEST):
+        best = int(np.argmax(values))
+        if not values[best] > 0.0:
+            break
+        found[count] = tries[best]
+        count += 1
+        for d in range(-1, 2):
+            values[(best + d) % _DIRECTIONS] = 0.0
+    return count
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _parabola(u: FloatArray, v: FloatArray, keep: BoolArray) -> tuple[float, float, float]:
+    """v = a + b u + c u² by least squares."""
+    s0 = s1 = s2 = s3 = s4 = t0 = t1 = t2 = 0.0
+    for i in range(len(u)):
+        if keep[i]:
+            x, y = u[i], v[i]
+            s0 += 1.0
+            s1 += x
+            s2 += x * x
+            s3 += x * x * x
+            s4 += x * x * x * x
+            t0 += y
+            t1 += x * y
+            t2 += x * x * y
+    det = s0 * (s2 * s4 - s3 * s3) - s1 * (s1 * s4 - s2 * s3) + s2 * (s1 * s3 - s2 * s2)
+    if not abs(det) > 1e-14 * s0 * s2 * s4:
+        return t0 / max(s0, 1.0), 0.0, 0.0
+    a = (t0 * (s2 * s4 - s3 * s3) - s1 * (t1 * s4 - t2 * s3) + s2 * (t1 * s3 - t2 * s2)) / det
+    b = (s0 * (t1 * s4 - t2 * s3) - t0 * (s1 * s4 - s2 * s3) + s2 * (s1 * t2 - s2 * t1)) / det
+    c = (s0 * (s2 * t2 - s3 * t1) - s1 * (s1 * t2 - s2 * t1) + t0 * (s1 * s3 - s2 * s2)) / det
+    return a, b, c
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -65,12 +133,8 @@ def _vertices(patch: Patch, chosen: IntArray, part: BoolArray) -> IntArray:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _osculate(points: FloatArray, outwards: FloatArray, found: FloatArray) -> bool:
+def _osculate(points: FloatArray, up: FloatArray, found: FloatArray) -> bool:
     """Write the cylinder of the quadratic height field over a part's mean plane, robust by reweighting; False where flat."""
-    length = np.sqrt(outwards @ outwards)
-    if not length > 0.0:
-        return False
-    up = outwards / length
     e1 = np.zeros(3)
     e1[np.argmin(np.abs(up))] = 1.0
     e1 = e1 - (e1 @ up) * up
@@ -81,7 +145,7 @@ def _osculate(points: FloatArray, outwards: FloatArray, found: FloatArray) -> bo
     x, y, z = v @ e1, v @ e2, v @ up
     terms = np.stack((x * x / 2.0, x * y, y * y / 2.0, x, y, np.ones_like(x)), axis=1)  # (n, 6)
     weight, fit = np.ones(len(z)), np.zeros(6)
-    for _ in range(_REWEIGHTS):
+    for _ in range(_REWEIGHTS if len(z) > _FEW else 1):
         weighted = terms * weight.reshape(-1, 1)
         matrix = weighted.T @ weighted
         for k in range(6):

@@ -8,11 +8,11 @@ from numba import njit
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray
 from gripwright.geometry.surfaces import least_squares_cylinder
 from gripwright_builtin.fitters.lateral import FACET_MAX_RAD, TILT_EXACT, TILT_MAX, angles_about, facet_width_rad, weighted_median
+from gripwright_builtin.fitters.chance import EXACT, likely
 from gripwright_builtin.fitters.patch import Patch
 from gripwright_builtin.fitters.proposals import AXIS, LARGEST_RADIUS, RADIUS, SIGN
 
 FAR = 0.02  # of the size: surface farther from a cylinder does not speak for it
-EXACT = 1e-6  # of the size: rounding of CAD files
 CLEAN = 1e-3  # of the radius: deviation below which the surface carries no noise
 _POINTS = 20000
 _ROUNDS = 6
@@ -20,7 +20,8 @@ _ITERATIONS = 12
 _FAR_OF_RADIUS = 0.1
 _CHORD = 1.0 - float(np.cos(FACET_MAX_RAD / 2.0))  # of the radius: how deep the widest facet lies
 _OUTWARDS = 0.5
-_SPREAD = 2.8  # times the likely distance from which a point is an outlier
+_SPREAD = 1.6  # times the likely distance from which a point is an outlier
+_NOISE_MAX = 4.0  # standard deviations
 _ASTRAY = 3.5  # standard errors
 _SINGULAR = 1e-14
 
@@ -50,7 +51,7 @@ def refined(patch: Patch, normals: FloatArray, chosen: IntArray, start: FloatArr
     nothing = Refined(start.copy(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     cylinder, rms, singular = start.copy(), 0.0, False
     points, kept = np.empty((0, 3)), np.empty(0, np.bool_)
-    near = np.empty(0, np.bool_)
+    near = np.zeros(0, np.bool_)
     matrix = np.empty((5, 5))
     for again in range(2):
         band = tolerance(cylinder, rms) if again else min(far, _FAR_OF_RADIUS * cylinder[RADIUS])
@@ -67,23 +68,52 @@ def refined(patch: Patch, normals: FloatArray, chosen: IntArray, start: FloatArr
     for s in range(len(chosen)):
         if near[s]:
             area += patch.areas[chosen[s]]
-    score = scored(patch, normals, chosen, cylinder, far, 10.0 * EXACT)
+    score = scored(patch, normals, chosen, cylinder, far)
     bent = _bent(points[kept], rms)
-    facet = facet_width_rad(angles_about(points[kept], cylinder))
+    facet = _facet(patch, chosen, near, points[kept], cylinder)
     return Refined(cylinder, rms, radius_sigma, axis_sigma, facet, bent, area, score)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def scored(patch: Patch, normals: FloatArray, chosen: IntArray, cylinder: FloatArray, far: float, noise: float) -> float:
-    """Area of the faces that follow a cylinder times the digits of their closeness; closer than `noise` is not better."""
+def _facet(patch: Patch, chosen: IntArray, near: BoolArray, corners: FloatArray, cylinder: FloatArray) -> float:
+    """Typical angle of a facet: between columns of corners and, where noise blurs these, of the faces; 0 for a prism."""
+    between = facet_width_rad(angles_about(corners, cylinder))
+    if not between > 0.0:
+        return 0.0
+    widths, faces = np.empty(len(chosen)), chosen[near]
+    for i in range(len(faces)):
+        angles = angles_about(patch.points[patch.faces[faces[i]]], cylinder)
+        ahead = np.mod(angles[1] - angles[0] + np.pi, 2.0 * np.pi) - np.pi
+        behind = np.mod(angles[2] - angles[0] + np.pi, 2.0 * np.pi) - np.pi
+        widths[i] = max(0.0, ahead, behind) - min(0.0, ahead, behind)
+    return max(between, weighted_median(widths[: len(faces)], patch.areas[faces]))
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def scored(patch: Patch, normals: FloatArray, chosen: IntArray, cylinder: FloatArray, far: float) -> float:
+    """Area of the faces that follow a cylinder times the digits of their closeness."""
     near, score = _following(patch, normals, chosen, cylinder, far), 0.0
     for s in range(len(chosen)):
         if near[s]:
             off = 0.0
             for k in range(3):
                 off = max(off, abs(_distance(patch.points[patch.faces[chosen[s], k]], cylinder)))
-            score += patch.areas[chosen[s]] * max(np.log(far / max(off, noise)), 0.0)
+            score += patch.areas[chosen[s]] * max(np.log(far / max(off, 10.0 * EXACT)), 0.0)
     return score
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def fading(patch: Patch, normals: FloatArray, chosen: IntArray, cylinder: FloatArray, noise: float) -> float:
+    """Area of the faces that follow a cylinder, fading with their distance for noise of a known size (MSAC)."""
+    limit = _NOISE_MAX * noise
+    near, total = _following(patch, normals, chosen, cylinder, limit), 0.0
+    for s in range(len(chosen)):
+        if near[s]:
+            square = 0.0
+            for k in range(3):
+                square += _distance(patch.points[patch.faces[chosen[s], k]], cylinder) ** 2 / 3.0
+            total += patch.areas[chosen[s]] * max(1.0 - square / (limit * limit), 0.0)
+    return total
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -176,7 +206,7 @@ def _trimmed(points: FloatArray, cylinder: FloatArray, band: float, last: bool) 
     for _ in range(_ROUNDS if last else _ROUNDS // 2):
         for i in range(len(points)):
             far[i] = abs(_distance(points[i], cylinder))
-        limit = _SPREAD * _likely(far, band)
+        limit = _SPREAD * likely(far, band, 5)[0]
         changed = 0
         for i in range(len(points)):
             now = far[i] <= limit
@@ -188,23 +218,6 @@ def _trimmed(points: FloatArray, cylinder: FloatArray, band: float, last: bool) 
         if rms < 0.0 or not 0.0 < cylinder[RADIUS] < LARGEST_RADIUS:
             return np.empty(0, np.bool_), rms, matrix
     return kept, rms, matrix
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _likely(far: FloatArray, band: float) -> float:
-    """The distance within which so many points are least likely by chance: (k − 5) · log(band / d) is largest.
-
-    Unlike a median it needs no majority, and is that of the noise (about its standard deviation) whatever else is near.
-    """
-    ordered = np.sort(far)
-    best, most = band, 0.0
-    for k in range(5, len(ordered)):
-        if ordered[k] >= band:
-            break
-        value = (k - 4) * np.log(band / max(ordered[k], EXACT))
-        if value > most:
-            best, most = ordered[k], value
-    return max(best, EXACT)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

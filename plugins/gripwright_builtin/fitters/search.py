@@ -7,11 +7,12 @@ from numba import njit
 
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
 from gripwright.geometry.surfaces import CylinderFit
+from gripwright_builtin.fitters.chance import EXACT
 from gripwright_builtin.fitters.lateral import Lateral, lateral_surface
 from gripwright_builtin.fitters.osculation import osculating
 from gripwright_builtin.fitters.patch import Patch, patch_of, smooth_normals
 from gripwright_builtin.fitters.proposals import RADIUS, SIGN, closeness, directions_of, picked, propose, sample, support, voices
-from gripwright_builtin.fitters.refinement import CLEAN, EXACT, FAR, Refined, refined, tolerance
+from gripwright_builtin.fitters.refinement import CLEAN, FAR, Refined, fading, refined, tolerance
 
 _DRAWN = 700  # faces that the search looks at
 _PAIRS = 110
@@ -20,6 +21,8 @@ _POLISHED = 2  # of each sign
 _ACROSS = 0.9  # of a normal along the axis: an end face
 _CLEAN_SHARE = 0.1  # of the drawn area that must be without noise for the segment to count as clean
 _LEFT = 0.01  # of the area: less is not worth a cylinder
+_GOOD = 0.5  # of the best score: cylinders that may tell the noise
+_BENT = 12.0  # squared standard deviations by which a plane must be worse
 _NOISY = 3.0  # times as far may surface lie that carries noise
 
 
@@ -91,9 +94,10 @@ def _search(vertices_mm: FloatArray, mesh_faces: IntArray, ids: IntArray, seed: 
         number += propose(state, patch, normals, directions, running, _PAIRS, hypotheses[number:])
         found = [_nothing()][:0]
         _tried(state, patch, normals, running, chosen, hypotheses[:number], far, found)
-        starts = osculating(patch, normals, chosen, _TRIES)
+        starts = osculating(patch, normals, chosen, _TRIES, far)
         for h in range(len(starts)):
             found.append(refined(patch, normals, chosen, starts[h], far))
+        found = _weighed(patch, normals, chosen, found)
     taken = 0
     for sign in (1.0, -1.0):
         for one in _distinct(found, sign):
@@ -168,6 +172,34 @@ def _tried(
             if wide == 1.0 and not clean:
                 return False
     return clean
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _weighed(patch: Patch, normals: FloatArray, chosen: IntArray, found: list[Refined]) -> list[Refined]:
+    """The same with scores for one noise in common, which is that of the best; what bends no more than noise counts less."""
+    best, noise = 0.0, np.inf
+    for one in found:
+        if one.facet_rad > 0.0:
+            best = max(best, one.score * _firm(one))
+    for one in found:
+        if one.facet_rad > 0.0 and one.score * _firm(one) >= _GOOD * best:
+            noise = min(noise, max(one.rms, 10.0 * EXACT))
+    weighed = [_nothing()][:0]
+    for one in found:
+        if one.score > 0.0:
+            score = fading(patch, normals, chosen, one.cylinder, noise) * _firm(one)
+            weighed.append(
+                Refined(
+                    one.cylinder, one.rms, one.radius_sigma, one.axis_sigma_rad, one.facet_rad, one.bent, one.area, score
+                )
+            )
+    return weighed
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _firm(one: Refined) -> float:
+    """How firmly a surface is bent: 1 where a plane is out of the question."""
+    return min(max(one.bent / _BENT, 0.05), 1.0)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
