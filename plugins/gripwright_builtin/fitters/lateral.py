@@ -58,6 +58,17 @@ def angles_about(points: FloatArray, cylinder: FloatArray) -> FloatArray:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def width_of(angles: FloatArray, a: int, b: int, c: int) -> tuple[float, float]:
+    """Start (0..2π) and width of a face's angle about the axis, from the angles of its corners, −π..π."""
+    ahead, behind = angles[b] - angles[a], angles[c] - angles[a]
+    ahead -= _TURN * np.rint(ahead / _TURN)
+    behind -= _TURN * np.rint(behind / _TURN)
+    first = min(0.0, ahead, behind)
+    start = angles[a] + first
+    return start + _TURN if start < 0.0 else start, max(0.0, ahead, behind) - first
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def facet_width_rad(angles_rad: FloatArray) -> float:
     """Typical angle between neighbouring columns of corners about the axis: the median over the surface they span.
 
@@ -133,17 +144,13 @@ def _spread(patch: Patch, on: FloatArray, angles: FloatArray, along: FloatArray,
     low, high, area, count = np.inf, -np.inf, 0.0, 0
     for f in on:
         a, b, c = patch.faces[f, 0], patch.faces[f, 1], patch.faces[f, 2]
-        ahead = np.mod(angles[b] - angles[a] + np.pi, _TURN) - np.pi
-        behind = np.mod(angles[c] - angles[a] + np.pi, _TURN) - np.pi
-        first = min(0.0, ahead, behind)
-        width = max(0.0, ahead, behind) - first
-        if width > widest:
+        starts[count], widths[count] = width_of(angles, a, b, c)
+        if widths[count] > widest:
             continue
-        starts[count], widths[count] = np.mod(angles[a] + first, _TURN), width
         low = min(low, along[a], along[b], along[c])
         high = max(high, along[a], along[b], along[c])
         area += patch.areas[f]
-        wide = max(width, 1e-9)
+        wide = max(widths[count], 1e-9)
         for edge in range(2):
             at = (starts[count] + edge * wide) / (_TURN / _BINS)
             cell = int(at)

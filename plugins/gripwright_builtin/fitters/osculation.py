@@ -44,20 +44,26 @@ def _swept(points: FloatArray, up: FloatArray, band: float, found: FloatArray) -
     frame = np.empty((2, 3))
     perpendiculars(up, frame)
     tries, values = np.empty((_DIRECTIONS, 8)), np.zeros(_DIRECTIONS)
-    height, far = points @ up, np.empty(len(points))
+    u, v, far, keep = np.empty(len(points)), np.empty(len(points)), np.empty(len(points)), np.ones(len(points), np.bool_)
+    for i in range(len(points)):
+        v[i] = points[i, 0] * up[0] + points[i, 1] * up[1] + points[i, 2] * up[2]
     for d in range(_DIRECTIONS):
-        angle = np.pi * d / _DIRECTIONS
+        angle, middle = np.pi * d / _DIRECTIONS, 0.0
         across = np.cos(angle) * frame[0] + np.sin(angle) * frame[1]
-        u = points @ across
-        middle = u.mean()
-        keep = np.ones(len(u), np.bool_)
+        for i in range(len(points)):
+            u[i] = points[i, 0] * across[0] + points[i, 1] * across[1] + points[i, 2] * across[2]
+            middle += u[i] / len(points)
+        for i in range(len(points)):
+            u[i] -= middle
+            keep[i] = True
         a = b = c = 0.0
-        for _ in range(3):
-            a, b, c = _parabola(u - middle, height, keep)
-            for i in range(len(u)):
-                far[i] = abs(height[i] - a - (u[i] - middle) * (b + (u[i] - middle) * c))
+        for _ in range(2):
+            a, b, c = _parabola(u, v, keep)
+            for i in range(len(points)):
+                far[i] = abs(v[i] - a - u[i] * (b + u[i] * c))
             limit, values[d] = likely(far, band, 4)
-            keep = far <= 1.6 * limit
+            for i in range(len(points)):
+                keep[i] = far[i] <= 1.6 * limit
         slope = np.sqrt(1.0 + b * b)
         if abs(c) * 2.0 < 1.0 / LARGEST_RADIUS:
             values[d] *= 0.5

@@ -115,11 +115,12 @@ def _roughness(patch: Patch, start: IntArray, star: IntArray) -> float:
     nearest = np.empty(len(patch.faces))
     for f in range(len(patch.faces)):
         nearest[f] = 4.0
+        nx, ny, nz = patch.normals[f, 0], patch.normals[f, 1], patch.normals[f, 2]
         for k in range(3):
             v = patch.faces[f, k]
             for at in range(start[v], start[v + 1]):
                 g = star[at]
                 if g != f:
-                    x, y, z = patch.normals[f] - patch.normals[g]
+                    x, y, z = nx - patch.normals[g, 0], ny - patch.normals[g, 1], nz - patch.normals[g, 2]
                     nearest[f] = min(nearest[f], x * x + y * y + z * z)
     return float(np.sqrt(np.median(nearest)))

@@ -11,6 +11,7 @@ LARGEST_RADIUS = 5.0  # of the patch's size: less than 12° of arc cannot be tol
 AXIS, RADIUS, SIGN = 3, 6, 7
 """Columns of a hypothesis: point (3), axis (3), radius, sign (+1 where normals point away from the axis, −1 towards it)."""
 _SAMPLES = 240
+_GLANCE = 50  # samples that tell whether a cylinder is worth the others
 _CAPS = 4
 _ALONG_CAPS = 15  # pairs for each direction taken as an end face's
 _TURNED = 0.02  # sine between normals that tell an axis
@@ -102,7 +103,7 @@ def propose(
     Two normals give the axis (their cross product) or, where a plane is taken as an end face, its normal does;
     then the corners of both faces give a circle, and so do their middles with the normals.
     """
-    axis, count = np.empty(3), 0
+    axis, scratch, count = np.empty(3), np.empty((12, 3)), 0
     for _ in range(pairs):
         f, g = picked(state, running), picked(state, running)
         length = 0.0
@@ -111,8 +112,9 @@ def propose(
             axis[k] = normals[f, i] * normals[g, j] - normals[f, j] * normals[g, i]
             length += axis[k] * axis[k]
         if length > _TURNED * _TURNED:
-            axis /= np.sqrt(length)
-            count = _circles(patch, normals, f, g, axis, found, count)
+            for k in range(3):
+                axis[k] /= np.sqrt(length)
+            count = _circles(patch, normals, f, g, axis, scratch, found, count)
     weight, first = np.zeros(directions.max() + 1), np.full(directions.max() + 1, -1, np.int64)
     for f in range(len(directions)):
         if directions[f] >= 0:
@@ -127,33 +129,36 @@ def propose(
             f, g = picked(state, running), picked(state, running)
             across = abs(normals[f] @ axis) < 0.1 and abs(normals[g] @ axis) < 0.1
             if f != g and across:
-                count = _circles(patch, normals, f, g, axis, found, count)
+                count = _circles(patch, normals, f, g, axis, scratch, found, count)
     return count
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _circles(patch: Patch, normals: FloatArray, f: int, g: int, axis: FloatArray, found: FloatArray, count: int) -> int:
+def _circles(
+    patch: Patch, normals: FloatArray, f: int, g: int, axis: FloatArray, scratch: FloatArray, found: FloatArray, count: int
+) -> int:
     """Two circles across the axis: of the normals and middles of two faces, and of their corners (least squares)."""
-    frame = np.empty((2, 3))
+    frame, flat, n, middle = scratch[:2], scratch[2:8], scratch[8:10], scratch[10:12]
     perpendiculars(axis, frame)
-    flat, n, middle = np.empty((6, 2)), np.zeros((2, 2)), np.zeros((2, 2))
+    out = 0.0
     for e in range(2):
         face = g if e else f
         for k in range(2):
-            n[e, k] = normals[face] @ frame[k]
+            u, v, w = frame[k, 0], frame[k, 1], frame[k, 2]
+            n[e, k] = normals[face, 0] * u + normals[face, 1] * v + normals[face, 2] * w
+            middle[e, k] = 0.0
             for c in range(3):
-                flat[3 * e + c, k] = patch.points[patch.faces[face, c]] @ frame[k]
+                at = patch.faces[face, c]
+                flat[3 * e + c, k] = patch.points[at, 0] * u + patch.points[at, 1] * v + patch.points[at, 2] * w
                 middle[e, k] += flat[3 * e + c, k] / 3.0
     tx, ty = n[0, 0] - n[1, 0], n[0, 1] - n[1, 1]
     square = tx * tx + ty * ty
     if square > 1e-6:
         r = ((middle[0, 0] - middle[1, 0]) * tx + (middle[0, 1] - middle[1, 1]) * ty) / square
-        x, y = (middle[0, 0] + middle[1, 0] - r * (n[0, 0] + n[1, 0])) / 2.0, (
-            middle[0, 1] + middle[1, 1] - r * (n[0, 1] + n[1, 1])
-        ) / 2.0
+        x = (middle[0, 0] + middle[1, 0] - r * (n[0, 0] + n[1, 0])) / 2.0
+        y = (middle[0, 1] + middle[1, 1] - r * (n[0, 1] + n[1, 1])) / 2.0
         count = _added(frame, axis, x, y, abs(r), r, found, count)
     x, y, r = _circle(flat)
-    out = 0.0
     for e in range(2):
         out += (middle[e, 0] - x) * n[e, 0] + (middle[e, 1] - y) * n[e, 1]
     return _added(frame, axis, x, y, r, out, found, count)
@@ -176,10 +181,12 @@ def _added(
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _circle(flat: FloatArray) -> tuple[float, float, float]:
     """Centre and radius of the circle of least algebraic distances (Kåsa) to points (k, 2); radius 0 on a line."""
-    mx, my = flat[:, 0].mean(), flat[:, 1].mean()
-    xx = xy = yy = xs = ys = ss = 0.0
-    for x, y in flat:
-        u, v = x - mx, y - my
+    mx = my = xx = xy = yy = xs = ys = ss = 0.0
+    for i in range(len(flat)):
+        mx += flat[i, 0] / len(flat)
+        my += flat[i, 1] / len(flat)
+    for i in range(len(flat)):
+        u, v = flat[i, 0] - mx, flat[i, 1] - my
         s = u * u + v * v
         xx += u * u
         xy += u * v
@@ -215,11 +222,22 @@ def closeness(patch: Patch, normals: FloatArray, face: int, cylinder: FloatArray
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def support(
-    patch: Patch, normals: FloatArray, faces: IntArray, weights: FloatArray, cylinder: FloatArray, wide: float
+    patch: Patch,
+    normals: FloatArray,
+    faces: IntArray,
+    weights: FloatArray,
+    cylinder: FloatArray,
+    wide: float,
+    enough: float,
 ) -> float:
-    """Area of the samples that follow a cylinder, fading with their distance (MSAC)."""
+    """Area of the samples that follow a cylinder, fading with their distance (MSAC).
+
+    Where the first samples promise much less than `enough`, what they promise.
+    """
     total = 0.0
     for s in range(len(faces)):
+        if s == _GLANCE and total * len(faces) < 0.5 * enough * _GLANCE:
+            return total * len(faces) / _GLANCE
         if weights[s] > 0.0:
             total += weights[s] * closeness(patch, normals, faces[s], cylinder, wide)
     return total

@@ -7,7 +7,7 @@ from numba import njit
 
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray
 from gripwright.geometry.surfaces import least_squares_cylinder
-from gripwright_builtin.fitters.lateral import FACET_MAX_RAD, TILT_EXACT, TILT_MAX, angles_about, facet_width_rad, weighted_median
+from gripwright_builtin.fitters.lateral import FACET_MAX_RAD, TILT_EXACT, TILT_MAX, angles_about, facet_width_rad, weighted_median, width_of
 from gripwright_builtin.fitters.chance import EXACT, likely
 from gripwright_builtin.fitters.patch import Patch
 from gripwright_builtin.fitters.proposals import AXIS, LARGEST_RADIUS, RADIUS, SIGN
@@ -50,13 +50,14 @@ def refined(patch: Patch, normals: FloatArray, chosen: IntArray, start: FloatArr
     """Least squares from a start; twice, since better knows better which faces follow."""
     nothing = Refined(start.copy(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     cylinder, rms, singular = start.copy(), 0.0, False
-    points, kept = np.empty((0, 3)), np.empty(0, np.bool_)
+    corners, points, kept = np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.bool_)
     near = np.zeros(0, np.bool_)
     matrix = np.empty((5, 5))
     for again in range(2):
         band = tolerance(cylinder, rms) if again else min(far, _FAR_OF_RADIUS * cylinder[RADIUS])
         near = _following(patch, normals, chosen, cylinder, band)
-        points = _corners(patch, chosen, near)
+        corners = _corners(patch, chosen, near)
+        points = _places(patch, corners)
         kept, rms, matrix = _trimmed(points, cylinder, band, again == 1)
         if not len(kept) or not 0.0 < cylinder[RADIUS] < LARGEST_RADIUS:
             return nothing
@@ -70,23 +71,25 @@ def refined(patch: Patch, normals: FloatArray, chosen: IntArray, start: FloatArr
             area += patch.areas[chosen[s]]
     score = scored(patch, normals, chosen, cylinder, far)
     bent = _bent(points[kept], rms)
-    facet = _facet(patch, chosen, near, points[kept], cylinder)
+    facet = _facet(patch, chosen, near, corners[kept], cylinder)
     return Refined(cylinder, rms, radius_sigma, axis_sigma, facet, bent, area, score)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _facet(patch: Patch, chosen: IntArray, near: BoolArray, corners: FloatArray, cylinder: FloatArray) -> float:
+def _facet(patch: Patch, chosen: IntArray, near: BoolArray, corners: IntArray, cylinder: FloatArray) -> float:
     """Typical angle of a facet: between columns of corners and, where noise blurs these, of the faces; 0 for a prism."""
-    between = facet_width_rad(angles_about(corners, cylinder))
+    angles = angles_about(patch.points, cylinder)
+    between = facet_width_rad(angles[corners])
     if not between > 0.0:
         return 0.0
-    widths, faces = np.empty(len(chosen)), chosen[near]
-    for i in range(len(faces)):
-        angles = angles_about(patch.points[patch.faces[faces[i]]], cylinder)
-        ahead = np.mod(angles[1] - angles[0] + np.pi, 2.0 * np.pi) - np.pi
-        behind = np.mod(angles[2] - angles[0] + np.pi, 2.0 * np.pi) - np.pi
-        widths[i] = max(0.0, ahead, behind) - min(0.0, ahead, behind)
-    return max(between, weighted_median(widths[: len(faces)], patch.areas[faces]))
+    widths, areas, count = np.empty(len(chosen)), np.empty(len(chosen)), 0
+    for s in range(len(chosen)):
+        if near[s]:
+            f = chosen[s]
+            widths[count] = width_of(angles, patch.faces[f, 0], patch.faces[f, 1], patch.faces[f, 2])[1]
+            areas[count] = patch.areas[f]
+            count += 1
+    return max(between, weighted_median(widths[:count], areas[:count]))
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -162,8 +165,8 @@ def _following(patch: Patch, normals: FloatArray, chosen: IntArray, cylinder: Fl
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _corners(patch: Patch, chosen: IntArray, near: BoolArray) -> FloatArray:
-    """True corners of some faces, at most some thousand, (p, 3)."""
+def _corners(patch: Patch, chosen: IntArray, near: BoolArray) -> IntArray:
+    """True corners of some faces, at most some thousand, (p,)."""
     used, count = np.zeros(len(patch.points), np.bool_), 0
     for s in range(len(chosen)):
         if near[s]:
@@ -173,15 +176,24 @@ def _corners(patch: Patch, chosen: IntArray, near: BoolArray) -> FloatArray:
                     used[v] = True
                     count += 1
     every = count // _POINTS + 1
-    points = np.empty((count // every + 1, 3))
+    corners = np.empty(count // every + 1, np.int64)
     seen = taken = 0
     for v in range(len(used)):
         if used[v]:
             if seen % every == 0:
-                points[taken] = patch.points[v]
+                corners[taken] = v
                 taken += 1
             seen += 1
-    return points[:taken]
+    return corners[:taken]
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _places(patch: Patch, vertices: IntArray) -> FloatArray:
+    places = np.empty((len(vertices), 3))
+    for i in range(len(vertices)):
+        for k in range(3):
+            places[i, k] = patch.points[vertices[i], k]
+    return places
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

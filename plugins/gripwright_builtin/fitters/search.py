@@ -139,9 +139,10 @@ def _tried(
     """
     faces, areas = sample(state, patch.areas, running)
     wide = far / FAR
-    bounds = np.empty(len(hypotheses))
+    bounds, top = np.empty(len(hypotheses)), 0.0
     for h in range(len(hypotheses)):
-        bounds[h] = support(patch, normals, faces, areas, hypotheses[h], wide)
+        bounds[h] = support(patch, normals, faces, areas, hypotheses[h], wide, 0.5 * top)
+        top = max(top, bounds[h])
     enough, total, clean = _CLEAN_SHARE * patch.areas[chosen].sum(), areas.sum(), False
     first = hypotheses[np.argmax(bounds), SIGN] if len(bounds) else 1.0
     for sign in (first, -first):
@@ -154,7 +155,7 @@ def _tried(
                     continue
                 if hypotheses[h, SIGN] == sign and bounds[h] > most:
                     if again:
-                        bounds[h] = support(patch, normals, faces, weights, hypotheses[h], wide)
+                        bounds[h] = support(patch, normals, faces, weights, hypotheses[h], wide, most)
                     if bounds[h] > most:
                         best, most = h, bounds[h]
             if best < 0:
