@@ -15,7 +15,8 @@ from gripwright_builtin.fitters.proposals import RADIUS, SIGN, closeness, direct
 from gripwright_builtin.fitters.refinement import CLEAN, FAR, Refined, fading, refined, tolerance
 
 _DRAWN = 700  # faces that the search looks at
-_PAIRS = 110
+_PAIRS = 50
+_HYPOTHESES = 600
 _TRIES = 3  # cylinders looked for, of each sign
 _POLISHED = 2  # of each sign
 _ACROSS = 0.9  # of a normal along the axis: an end face
@@ -23,7 +24,11 @@ _CLEAN_SHARE = 0.1  # of the drawn area that must be without noise for the segme
 _LEFT = 0.01  # of the area: less is not worth a cylinder
 _GOOD = 0.5  # of the best score: cylinders that may tell the noise
 _BENT = 12.0  # squared standard deviations by which a plane must be worse
-_NOISY = 3.0  # times as far may surface lie that carries noise
+_WIDER = 3.0  # times as far may surface lie that carries noise
+_NOISY, _CLEAN, _SURE = 0, 1, 2  # what a surface is: with noise, without, of one cylinder alone
+_SURE_SHARE = 0.8
+_SURE_BENT = 400.0
+_SURE_RMS = 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,22 +87,23 @@ def _search(vertices_mm: FloatArray, mesh_faces: IntArray, ids: IntArray, seed: 
         return patch.origin_mm, patch.size_mm, rows[:0]
     running = voices(patch.areas, directions, count)
     chosen = _drawn(state, patch, running)
-    hypotheses = np.empty((4 * _PAIRS + 240, 8))
+    hypotheses = np.empty((_HYPOTHESES, 8))
     number = propose(state, patch, patch.normals, directions, running, _PAIRS, hypotheses)
     found = [_nothing()][:0]
     normals, far = patch.normals, FAR
-    clean = _tried(state, patch, normals, running, chosen, hypotheses[:number], far, found)
-    if not clean:
-        normals, far = smooth_normals(patch), _NOISY * FAR
+    answer = _tried(state, patch, normals, running, chosen, hypotheses[:number], far, found)
+    if answer == _NOISY:
+        normals, far = smooth_normals(patch), _WIDER * FAR
         directions, count = directions_of(normals, patch.areas)
         running = voices(patch.areas, directions, count)
         number += propose(state, patch, normals, directions, running, _PAIRS, hypotheses[number:])
         found = [_nothing()][:0]
-        _tried(state, patch, normals, running, chosen, hypotheses[:number], far, found)
-        starts = osculating(patch, normals, chosen, _TRIES, far)
-        for h in range(len(starts)):
-            found.append(refined(patch, normals, chosen, starts[h], far))
-        found = _weighed(patch, normals, chosen, found)
+        answer = _tried(state, patch, normals, running, chosen, hypotheses[:number], far, found)
+        if answer != _SURE:
+            starts = osculating(patch, normals, chosen, _TRIES, far)
+            for h in range(len(starts)):
+                found.append(refined(patch, normals, chosen, starts[h], far))
+            found = _weighed(patch, normals, chosen, found)
     taken = 0
     for sign in (1.0, -1.0):
         for one in _distinct(found, sign):
@@ -132,10 +138,10 @@ def _tried(
     hypotheses: FloatArray,
     far: float,
     found: list[Refined],
-) -> bool:
+) -> int:
     """Add cylinders of both signs, each the best explanation of what the earlier ones of its sign left over.
 
-    Returns whether one is without noise; where the very best has some, that is all there is.
+    Returns what the surface is. Where the very best cylinder has noise, or is all there is, no other is looked for.
     """
     faces, areas = sample(state, patch.areas, running)
     wide = far / FAR
@@ -143,16 +149,14 @@ def _tried(
     for h in range(len(hypotheses)):
         bounds[h] = support(patch, normals, faces, areas, hypotheses[h], wide, 0.5 * top)
         top = max(top, bounds[h])
-    enough, total, clean = _CLEAN_SHARE * patch.areas[chosen].sum(), areas.sum(), False
+    enough, total, answer = _CLEAN_SHARE * patch.areas[chosen].sum(), areas.sum(), _NOISY
     first = hypotheses[np.argmax(bounds), SIGN] if len(bounds) else 1.0
+    order = np.argsort(-bounds)
     for sign in (first, -first):
         weights = areas.copy()
-        order = np.argsort(-bounds)
         for again in range(_TRIES):
             best, most = -1, _LEFT * total
             for h in order:
-                if bounds[h] <= most and best >= 0:
-                    continue
                 if hypotheses[h, SIGN] == sign and bounds[h] > most:
                     if again:
                         bounds[h] = support(patch, normals, faces, weights, hypotheses[h], wide, most)
@@ -161,18 +165,44 @@ def _tried(
             if best < 0:
                 break
             one = refined(patch, normals, chosen, hypotheses[best], far)
-            for s in range(len(faces)):
-                if closeness(patch, normals, faces[s], hypotheses[best], wide) > 0.0:
-                    weights[s] = 0.0
-                elif one.score > 0.0 and closeness(patch, normals, faces[s], one.cylinder, wide) > 0.0:
-                    weights[s] = 0.0
+            _explain(patch, normals, faces, weights, hypotheses[best], wide)
             bounds[best] = 0.0
             if one.score > 0.0:
+                _explain(patch, normals, faces, weights, one.cylinder, wide)
                 found.append(one)
-                clean = clean or (one.rms < CLEAN * min(one.cylinder[RADIUS], 1.0) and one.area > enough)
-            if wide == 1.0 and not clean:
-                return False
-    return clean
+                if _sure(patch, normals, chosen, one):
+                    found[0] = one
+                    del found[1:]
+                    return _SURE
+                if one.rms < CLEAN * min(one.cylinder[RADIUS], 1.0) and one.area > enough:
+                    answer = _CLEAN
+            if wide == 1.0 and answer == _NOISY:
+                return _NOISY
+    return answer
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _explain(
+    patch: Patch, normals: FloatArray, faces: IntArray, weights: FloatArray, cylinder: FloatArray, wide: float
+) -> None:
+    """Take from the samples what follows a cylinder."""
+    for s in range(len(faces)):
+        if weights[s] > 0.0 and closeness(patch, normals, faces[s], cylinder, wide) > 0.0:
+            weights[s] = 0.0
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _sure(patch: Patch, normals: FloatArray, chosen: IntArray, one: Refined) -> bool:
+    """Whether a cylinder leaves no room for another: nearly all that faces across its axis follows it, clearly bent."""
+    if not one.facet_rad > 0.0 or one.bent < _SURE_BENT or one.rms > _SURE_RMS * one.cylinder[RADIUS]:
+        return False
+    around = 0.0
+    for s in range(len(chosen)):
+        f = chosen[s]
+        tilt = normals[f, 0] * one.cylinder[3] + normals[f, 1] * one.cylinder[4] + normals[f, 2] * one.cylinder[5]
+        if abs(tilt) < _ACROSS:
+            around += patch.areas[f]
+    return one.area > _SURE_SHARE * around
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
