@@ -69,6 +69,24 @@ def width_of(angles: FloatArray, a: int, b: int, c: int) -> tuple[float, float]:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def longest_run(angles_rad: FloatArray, gap_rad: float) -> float:
+    """The widest angle about the axis without a gap between the given ones that is larger than `gap_rad`."""
+    turned = np.sort(angles_rad)
+    widest, at = 0.0, 0
+    for i in range(len(turned)):  # begin after the widest gap
+        gap = turned[i] - turned[i - 1] if i else turned[0] + _TURN - turned[-1]
+        if gap > widest:
+            widest, at = gap, i
+    run, longest = 0.0, 0.0
+    for i in range(1, len(turned)):
+        here, before = (at + i) % len(turned), (at + i - 1) % len(turned)
+        gap = turned[here] - turned[before] + (_TURN if here < before else 0.0)
+        run = run + gap if gap <= gap_rad else 0.0
+        longest = max(longest, run)
+    return float(longest + (widest if widest <= gap_rad else 0.0))
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def facet_width_rad(angles_rad: FloatArray) -> float:
     """Typical angle between neighbouring columns of corners about the axis: the median over the surface they span.
 

@@ -7,7 +7,7 @@ from numba import njit
 
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray
 from gripwright.geometry.surfaces import least_squares_cylinder
-from gripwright_builtin.fitters.lateral import FACET_MAX_RAD, TILT_EXACT, TILT_MAX, angles_about, facet_width_rad, weighted_median, width_of
+from gripwright_builtin.fitters.lateral import FACET_MAX_RAD, TILT_EXACT, TILT_MAX, angles_about, facet_width_rad, longest_run, weighted_median, width_of
 from gripwright_builtin.fitters.chance import EXACT, likely
 from gripwright_builtin.fitters.patch import Patch
 from gripwright_builtin.fitters.proposals import AXIS, LARGEST_RADIUS, RADIUS, SIGN
@@ -35,6 +35,8 @@ class Refined(NamedTuple):
     axis_sigma_rad: float
     facet_rad: float
     bent: float  # by how much the sum of squares beats a plane's, in squared standard deviations
+    arc_rad: float  # longest run of facets side by side
+    worth: float  # how little likely so many points so near are by chance: minus the logarithm
     area: float
     score: float  # area times the digits of its closeness; 0: no cylinder
 
@@ -48,7 +50,7 @@ def tolerance(cylinder: FloatArray, rms: float) -> float:
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def refined(patch: Patch, normals: FloatArray, chosen: IntArray, start: FloatArray, far: float) -> Refined:
     """Least squares from a start; twice, since better knows better which faces follow."""
-    nothing = Refined(start.copy(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    nothing = Refined(start.copy(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     cylinder, rms, singular = start.copy(), 0.0, False
     corners, points, kept = np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.bool_)
     near = np.zeros(0, np.bool_)
@@ -71,17 +73,21 @@ def refined(patch: Patch, normals: FloatArray, chosen: IntArray, start: FloatArr
             area += patch.areas[chosen[s]]
     score = scored(patch, normals, chosen, cylinder, far)
     bent = _bent(points[kept], rms)
-    facet = _facet(patch, chosen, near, corners[kept], cylinder)
-    return Refined(cylinder, rms, radius_sigma, axis_sigma, facet, bent, area, score)
+    facet, arc = _facets(patch, chosen, near, corners[kept], cylinder)
+    worth = _worth(patch, corners, cylinder, far)
+    return Refined(cylinder, rms, radius_sigma, axis_sigma, facet, bent, arc, worth, area, score)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _facet(patch: Patch, chosen: IntArray, near: BoolArray, corners: IntArray, cylinder: FloatArray) -> float:
-    """Typical angle of a facet: between columns of corners and, where noise blurs these, of the faces; 0 for a prism."""
+def _facets(patch: Patch, chosen: IntArray, near: BoolArray, corners: IntArray, cylinder: FloatArray) -> tuple[float, float]:
+    """Typical angle of a facet and the longest run of facets side by side; 0 for a prism.
+
+    The angle is that between columns of corners or, where noise blurs these, that of the faces.
+    """
     angles = angles_about(patch.points, cylinder)
     between = facet_width_rad(angles[corners])
     if not between > 0.0:
-        return 0.0
+        return 0.0, 0.0
     widths, areas, count = np.empty(len(chosen)), np.empty(len(chosen)), 0
     for s in range(len(chosen)):
         if near[s]:
@@ -89,7 +95,16 @@ def _facet(patch: Patch, chosen: IntArray, near: BoolArray, corners: IntArray, c
             widths[count] = width_of(angles, patch.faces[f, 0], patch.faces[f, 1], patch.faces[f, 2])[1]
             areas[count] = patch.areas[f]
             count += 1
-    return max(between, weighted_median(widths[:count], areas[:count]))
+    facet = max(between, weighted_median(widths[:count], areas[:count]))
+    return facet, longest_run(angles[corners], 1.6 * facet)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _worth(patch: Patch, corners: IntArray, cylinder: FloatArray, far: float) -> float:
+    distances = np.empty(len(corners))
+    for i in range(len(corners)):
+        distances[i] = abs(_distance(patch.points[corners[i]], cylinder))
+    return likely(distances, far, 5)[1]
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

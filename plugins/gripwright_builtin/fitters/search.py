@@ -22,13 +22,14 @@ _POLISHED = 2  # of each sign
 _ACROSS = 0.9  # of a normal along the axis: an end face
 _CLEAN_SHARE = 0.1  # of the drawn area that must be without noise for the segment to count as clean
 _LEFT = 0.01  # of the area: less is not worth a cylinder
-_GOOD = 0.5  # of the best score: cylinders that may tell the noise
+_GOOD = 0.7  # of the best worth: cylinders that may tell the noise
 _BENT = 12.0  # squared standard deviations by which a plane must be worse
 _WIDER = 3.0  # times as far may surface lie that carries noise
 _NOISY, _CLEAN, _SURE = 0, 1, 2  # what a surface is: with noise, without, of one cylinder alone
 _SURE_SHARE = 0.8
 _SURE_BENT = 400.0
 _SURE_RMS = 0.02
+_SURE_ARC = float(np.radians(75.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -114,7 +115,7 @@ def _search(vertices_mm: FloatArray, mesh_faces: IntArray, ids: IntArray, seed: 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _nothing() -> Refined:
-    return Refined(np.zeros(8), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Refined(np.zeros(8), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -194,7 +195,7 @@ def _explain(
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _sure(patch: Patch, normals: FloatArray, chosen: IntArray, one: Refined) -> bool:
     """Whether a cylinder leaves no room for another: nearly all that faces across its axis follows it, clearly bent."""
-    if not one.facet_rad > 0.0 or one.bent < _SURE_BENT or one.rms > _SURE_RMS * one.cylinder[RADIUS]:
+    if one.arc_rad < _SURE_ARC or one.bent < _SURE_BENT or one.rms > _SURE_RMS * one.cylinder[RADIUS]:
         return False
     around = 0.0
     for s in range(len(chosen)):
@@ -211,20 +212,32 @@ def _weighed(patch: Patch, normals: FloatArray, chosen: IntArray, found: list[Re
     best, noise = 0.0, np.inf
     for one in found:
         if one.facet_rad > 0.0:
-            best = max(best, one.score * _firm(one))
+            best = max(best, one.worth * _firm(one))
     for one in found:
-        if one.facet_rad > 0.0 and one.score * _firm(one) >= _GOOD * best:
+        if one.facet_rad > 0.0 and one.worth * _firm(one) >= _GOOD * best:
             noise = min(noise, max(one.rms, 10.0 * EXACT))
     weighed = [_nothing()][:0]
     for one in found:
         if one.score > 0.0:
             score = fading(patch, normals, chosen, one.cylinder, noise) * _firm(one)
-            weighed.append(
-                Refined(
-                    one.cylinder, one.rms, one.radius_sigma, one.axis_sigma_rad, one.facet_rad, one.bent, one.area, score
-                )
-            )
+            weighed.append(_with_score(one, score))
     return weighed
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _with_score(one: Refined, score: float) -> Refined:
+    return Refined(
+        one.cylinder,
+        one.rms,
+        one.radius_sigma,
+        one.axis_sigma_rad,
+        one.facet_rad,
+        one.bent,
+        one.arc_rad,
+        one.worth,
+        one.area,
+        score,
+    )
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
