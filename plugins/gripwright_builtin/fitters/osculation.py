@@ -12,7 +12,7 @@ from gripwright_builtin.fitters.proposals import AXIS, LARGEST_RADIUS, RADIUS, S
 _ONE_WAY = 0.75  # cosine between a part's mean direction and its normals
 _ENOUGH = 150  # points of a part
 _DIRECTIONS = 10  # of an axis in a part's mean plane
-_BEST = 2
+_BEST = 3
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

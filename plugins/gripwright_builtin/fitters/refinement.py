@@ -15,6 +15,8 @@ from gripwright_builtin.fitters.proposals import AXIS, LARGEST_RADIUS, RADIUS, S
 FAR = 0.02  # of the size: surface farther from a cylinder does not speak for it
 CLEAN = 1e-3  # of the radius: deviation below which the surface carries no noise
 _POINTS = 20000
+_JUDGED = 600  # points that tell a plane from a cylinder
+_STRIP = 1e4  # of `bent`: no strip of a plane
 _ROUNDS = 6
 _ITERATIONS = 12
 _FAR_OF_RADIUS = 0.1
@@ -34,7 +36,7 @@ class Refined(NamedTuple):
     radius_sigma: float
     axis_sigma_rad: float
     facet_rad: float
-    bent: float  # by how much the sum of squares beats a plane's, in squared standard deviations
+    bent: float  # by how much a plane's sum of squares is larger, in squared standard deviations; 0 for a strip of a plane
     arc_rad: float  # longest run of facets side by side
     worth: float  # how little likely so many points so near are by chance: minus the logarithm
     area: float
@@ -72,9 +74,11 @@ def refined(patch: Patch, normals: FloatArray, chosen: IntArray, start: FloatArr
         if near[s]:
             area += patch.areas[chosen[s]]
     score = scored(patch, normals, chosen, cylinder, far)
-    bent = _bent(points[kept], rms)
     facet, arc = _facets(patch, chosen, near, corners[kept], cylinder)
     worth = _worth(patch, corners, cylinder, far)
+    bent = _bent(points[kept], rms)
+    if bent < _STRIP and _worth_of_plane(patch, points[kept], far) > 2.0 * _worth(patch, every_corner(patch), cylinder, far):
+        bent = 0.0
     return Refined(cylinder, rms, radius_sigma, axis_sigma, facet, bent, arc, worth, area, score)
 
 
@@ -100,11 +104,46 @@ def _facets(patch: Patch, chosen: IntArray, near: BoolArray, corners: IntArray, 
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def every_corner(patch: Patch) -> IntArray:
+    """True corners of a patch, some hundred at most, ascending."""
+    corners = np.flatnonzero(patch.corner)
+    return corners[:: len(corners) // _JUDGED + 1]
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _worth(patch: Patch, corners: IntArray, cylinder: FloatArray, far: float) -> float:
+    """How little likely it is that so many corners lie so near to a cylinder by chance."""
     distances = np.empty(len(corners))
     for i in range(len(corners)):
         distances[i] = abs(_distance(patch.points[corners[i]], cylinder))
     return likely(distances, far, 5)[1]
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _bent(points: FloatArray, rms: float) -> float:
+    """By how much a plane's sum of squares is larger, in squared standard deviations."""
+    middle = np.array([points[:, 0].mean(), points[:, 1].mean(), points[:, 2].mean()])
+    centred = points - middle
+    flat = max(np.linalg.eigvalsh(centred.T @ centred)[0], 0.0)
+    return (flat - len(points) * rms * rms) / max(rms * rms, EXACT * EXACT)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _worth_of_plane(patch: Patch, points: FloatArray, far: float) -> float:
+    """The same of the plane through some points, and through what else is near it."""
+    corners, best = every_corner(patch), 0.0
+    places = _places(patch, corners)
+    for _ in range(2):
+        if len(points) < 4:
+            break
+        middle = np.array([points[:, 0].mean(), points[:, 1].mean(), points[:, 2].mean()])
+        centred = points - middle
+        normal = np.ascontiguousarray(np.linalg.eigh(centred.T @ centred)[1][:, 0])
+        distances = np.abs((places - middle) @ normal)
+        limit, worth = likely(distances, far, 3)
+        best = max(best, worth)
+        points = places[distances <= _SPREAD * limit]
+    return best
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -132,14 +171,6 @@ def fading(patch: Patch, normals: FloatArray, chosen: IntArray, cylinder: FloatA
                 square += _distance(patch.points[patch.faces[chosen[s], k]], cylinder) ** 2 / 3.0
             total += patch.areas[chosen[s]] * max(1.0 - square / (limit * limit), 0.0)
     return total
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _bent(points: FloatArray, rms: float) -> float:
-    """By how much a plane's sum of squares is larger, in squared standard deviations."""
-    centred = points - np.array([points[:, 0].mean(), points[:, 1].mean(), points[:, 2].mean()])
-    flat = max(np.linalg.eigvalsh(centred.T @ centred)[0], 0.0)
-    return (flat - len(points) * rms * rms) / max(rms * rms, EXACT * EXACT)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
