@@ -10,10 +10,10 @@ from gripwright_builtin.fitters.patch import Patch
 LARGEST_RADIUS = 5.0  # of the patch's size: less than 12° of arc cannot be told from a plane
 AXIS, RADIUS, SIGN = 3, 6, 7
 """Columns of a hypothesis: point (3), axis (3), radius, sign (+1 where normals point away from the axis, −1 towards it)."""
-_SAMPLES = 240
-_GLANCE = 50  # samples that tell whether a cylinder is worth the others
+_SAMPLES = 160
+_GLANCE = 36  # samples that tell whether a cylinder is worth the others
 _CAPS = 4
-_ALONG_CAPS = 15  # pairs for each direction taken as an end face's
+_ALONG_CAPS = 10  # pairs for each direction taken as an end face's
 _TURNED = 0.02  # sine between normals that tell an axis
 _BAND = 0.01  # of the size: distance at which a sample stops to count
 _BAND_OF_RADIUS = 0.08

@@ -16,6 +16,8 @@ FAR = 0.02  # of the size: surface farther from a cylinder does not speak for it
 CLEAN = 1e-3  # of the radius: deviation below which the surface carries no noise
 _POINTS = 20000
 _JUDGED = 600  # points that tell a plane from a cylinder
+_TOUCHING = 3.0  # times the deviation of a clean surface
+_LEAN = 0.1  # mean part of the normals along the axis
 _STRIP = 1e4  # of `bent`: no strip of a plane
 _ROUNDS = 6
 _ITERATIONS = 12
@@ -144,6 +146,23 @@ def _worth_of_plane(patch: Patch, points: FloatArray, far: float) -> float:
         best = max(best, worth)
         points = places[distances <= _SPREAD * limit]
     return best
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def bulges(patch: Patch, normals: FloatArray, one: Refined, area: float) -> bool:
+    """Whether a surface only touches an exact cylinder, as a sphere does: most of what is near leans away from its axis.
+
+    `area` is that of the faces on the cylinder.
+    """
+    cylinder, faces = one.cylinder, np.arange(len(patch.faces))
+    if one.rms > _TOUCHING * CLEAN * cylinder[RADIUS]:
+        return False
+    near = faces[_following(patch, normals, faces, cylinder, min(FAR, _FAR_OF_RADIUS * cylinder[RADIUS]))]
+    lean, around = 0.0, patch.areas[near].sum()
+    for f in near:
+        tilt = normals[f, 0] * cylinder[3] + normals[f, 1] * cylinder[4] + normals[f, 2] * cylinder[5]
+        lean += patch.areas[f] * abs(tilt)
+    return bool(area < 0.5 * around and lean > _LEAN * around)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

@@ -12,10 +12,10 @@ from gripwright_builtin.fitters.lateral import Lateral, lateral_surface
 from gripwright_builtin.fitters.osculation import osculating
 from gripwright_builtin.fitters.patch import Patch, patch_of, smooth_normals
 from gripwright_builtin.fitters.proposals import RADIUS, SIGN, closeness, directions_of, picked, propose, sample, support, voices
-from gripwright_builtin.fitters.refinement import CLEAN, FAR, Refined, fading, refined, tolerance
+from gripwright_builtin.fitters.refinement import CLEAN, FAR, Refined, bulges, fading, refined, tolerance
 
 _DRAWN = 700  # faces that the search looks at
-_PAIRS = 50
+_PAIRS = 40
 _HYPOTHESES = 600
 _TRIES = 3  # cylinders looked for, of each sign
 _POLISHED = 2  # of each sign
@@ -280,7 +280,7 @@ def _row(patch: Patch, normals: FloatArray, chosen: IntArray, rough: Refined, fa
         return False
     cylinder = fit.cylinder
     on: Lateral = lateral_surface(patch, normals, cylinder, tolerance(cylinder, fit.rms), fit.facet_rad, fit.rms)
-    if not on.area > 0.0:
+    if not on.area > 0.0 or bulges(patch, normals, fit, on.area):
         return False
     around = 0.0
     for f in range(len(patch.faces)):

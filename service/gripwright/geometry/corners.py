@@ -27,7 +27,7 @@ def corner_mask(vertices: FloatArray, faces: IntArray, local: IntArray, count: i
     widest = 1
     for v in range(count):
         widest = max(widest, start[v + 1] - start[v])
-    normals, spokes, angles = np.empty((widest, 3)), np.empty((widest, 2), np.int64), np.empty(widest)
+    normals, spokes, wedges = np.empty((widest, 3)), np.empty((widest, 2), np.int64), np.empty((widest, 2))
     parent = np.empty(widest, np.int64)
     mask = np.zeros(count, np.bool_)
     for v in range(count):
@@ -35,11 +35,10 @@ def corner_mask(vertices: FloatArray, faces: IntArray, local: IntArray, count: i
         for at in range(start[v], start[v + 1]):
             face, corner = star[at] // 3, star[at] % 3
             here, ahead, behind = faces[face, corner], faces[face, (corner + 1) % 3], faces[face, (corner + 2) % 3]
-            angle = _wedge(vertices, here, ahead, behind, normals[degree])
-            if angle >= 0.0:
-                spokes[degree, 0], spokes[degree, 1], angles[degree] = ahead, behind, angle
+            if _wedge(vertices, here, ahead, behind, normals[degree], wedges[degree]):
+                spokes[degree, 0], spokes[degree, 1] = ahead, behind
                 degree += 1
-        mask[v] = _is_corner(normals, spokes, angles, parent, degree)
+        mask[v] = _is_corner(normals, spokes, wedges, parent, degree)
     return mask
 
 
@@ -64,8 +63,8 @@ def _faces_around(faces: IntArray, local: IntArray, count: int) -> tuple[IntArra
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _wedge(vertices: FloatArray, here: int, ahead: int, behind: int, normal: FloatArray) -> float:
-    """Angle of a face at a vertex, its unit normal written to `normal`; −1 for a face without area."""
+def _wedge(vertices: FloatArray, here: int, ahead: int, behind: int, normal: FloatArray, wedge: FloatArray) -> bool:
+    """Write a face's unit normal, and sine and cosine (times the same) of its angle at a vertex; False without area."""
     ax, ay, az = (
         vertices[ahead, 0] - vertices[here, 0],
         vertices[ahead, 1] - vertices[here, 1],
@@ -79,13 +78,14 @@ def _wedge(vertices: FloatArray, here: int, ahead: int, behind: int, normal: Flo
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     length = np.sqrt(nx * nx + ny * ny + nz * nz)
     if not length > 0.0:
-        return -1.0
+        return False
     normal[0], normal[1], normal[2] = nx / length, ny / length, nz / length
-    return float(np.arctan2(length, ax * bx + ay * by + az * bz))
+    wedge[0], wedge[1] = length, ax * bx + ay * by + az * bz
+    return True
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _is_corner(normals: FloatArray, spokes: IntArray, angles: FloatArray, parent: IntArray, degree: int) -> bool:
+def _is_corner(normals: FloatArray, spokes: IntArray, wedges: FloatArray, parent: IntArray, degree: int) -> bool:
     """Whether the faces of one plane, joined over shared edges, leave a corner: less than a half turn."""
     for a in range(degree):
         parent[a] = a
@@ -100,10 +100,16 @@ def _is_corner(normals: FloatArray, spokes: IntArray, angles: FloatArray, parent
                         ra = parent[ra]
                     while parent[rb] != rb:
                         rb = parent[rb]
-                    if ra != rb:
-                        angles[rb] += angles[ra]
-                        parent[ra] = rb
-    for a in range(degree):
-        if parent[a] == a and angles[a] < np.pi - _STRAIGHT_RAD:
-            return True
+                    parent[max(ra, rb)] = min(ra, rb)
+    for a in range(degree):  # the root of a group comes first
+        if parent[a] == a:
+            total = 0.0
+            for b in range(a, degree):
+                root = b
+                while parent[root] != root:
+                    root = parent[root]
+                if root == a:
+                    total += np.arctan2(wedges[b, 0], wedges[b, 1])
+            if total < np.pi - _STRAIGHT_RAD:
+                return True
     return False
