@@ -16,9 +16,9 @@ _BEST = 3
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def osculating(patch: Patch, normals: FloatArray, chosen: IntArray, parts: int, wide: float) -> FloatArray:
+def osculating(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, parts: int, wide: float) -> FloatArray:
     """Some cylinders a part, as hypotheses (h, 8)."""
-    left = patch.areas[chosen]
+    left = shares.copy()
     found, count = np.empty((parts * _BEST, 8)), 0
     for _ in range(parts):
         part = _part(normals, chosen, left)
@@ -27,7 +27,7 @@ def osculating(patch: Patch, normals: FloatArray, chosen: IntArray, parts: int, 
         for s in range(len(chosen)):
             if part[s]:
                 left[s] = 0.0
-                mean += patch.areas[chosen[s]] * normals[chosen[s]]
+                mean += shares[s] * normals[chosen[s]]
         length = np.sqrt(mean @ mean)
         if len(vertices) < 6 or not length > 0.0:
             continue

@@ -55,9 +55,9 @@ def directions_of(normals: FloatArray, areas: FloatArray) -> tuple[IntArray, int
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def voices(areas: FloatArray, directions: IntArray, count: int) -> FloatArray:
-    """Running sum of each face's chance to be drawn: half by area, half with one voice a direction, (m,), the last is 1.
+    """Running sum of each face's chance to be drawn, (m,), the last is 1: by area, one voice a direction, one a face.
 
-    So narrow facets are heard beside wide planes.
+    So narrow facets are heard beside wide planes, and sound faces beside the large and lonely ones of outliers.
     """
     members = np.zeros(count)
     for f in range(len(areas)):
@@ -66,7 +66,7 @@ def voices(areas: FloatArray, directions: IntArray, count: int) -> FloatArray:
     total, running, area = areas.sum(), np.empty(len(areas)), 0.0
     for f in range(len(areas)):
         if directions[f] >= 0:
-            area += 0.5 * areas[f] / total + 0.5 / (count * members[directions[f]])
+            area += areas[f] / total + 1.0 / (count * members[directions[f]]) + 1.0 / len(areas)
         running[f] = area
     return running / area
 
@@ -78,14 +78,19 @@ def picked(state: IntArray, running: FloatArray) -> int:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def chance(running: FloatArray, face: int) -> float:
+    """Of a face to be drawn."""
+    return float(running[face] - (running[face - 1] if face > 0 else 0.0))
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def sample(state: IntArray, areas: FloatArray, running: FloatArray) -> tuple[IntArray, FloatArray]:
     """At most some hundred faces in random order, and the area each stands for, so that sums over them are unbiased."""
     if len(areas) > _SAMPLES:
         faces, weights = np.empty(_SAMPLES, np.int64), np.empty(_SAMPLES)
         for s in range(_SAMPLES):
-            f = picked(state, running)
-            faces[s] = f
-            weights[s] = areas[f] / ((running[f] - (running[f - 1] if f > 0 else 0.0)) * _SAMPLES)
+            faces[s] = picked(state, running)
+            weights[s] = areas[faces[s]] / (chance(running, faces[s]) * _SAMPLES)
         return faces, weights
     faces = np.arange(len(areas))
     for s in range(len(areas) - 1, 0, -1):

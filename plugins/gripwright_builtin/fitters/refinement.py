@@ -52,8 +52,11 @@ def tolerance(cylinder: FloatArray, rms: float) -> float:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def refined(patch: Patch, normals: FloatArray, chosen: IntArray, start: FloatArray, far: float) -> Refined:
-    """Least squares from a start; twice, since better knows better which faces follow."""
+def refined(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, start: FloatArray, far: float) -> Refined:
+    """Least squares from a start; twice, since better knows better which faces follow.
+
+    `chosen` are the faces looked at, `shares` the area that each stands for.
+    """
     nothing = Refined(start.copy(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     cylinder, rms, singular = start.copy(), 0.0, False
     corners, points, kept = np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.bool_)
@@ -61,7 +64,7 @@ def refined(patch: Patch, normals: FloatArray, chosen: IntArray, start: FloatArr
     matrix = np.empty((5, 5))
     for again in range(2):
         band = tolerance(cylinder, rms) if again else min(far, _FAR_OF_RADIUS * cylinder[RADIUS])
-        near = _following(patch, normals, chosen, cylinder, band)
+        near = _following(patch, normals, chosen, shares, cylinder, band)
         corners = _corners(patch, chosen, near)
         points = _places(patch, corners)
         kept, rms, matrix = _trimmed(points, cylinder, band, again == 1)
@@ -74,9 +77,9 @@ def refined(patch: Patch, normals: FloatArray, chosen: IntArray, start: FloatArr
     area = 0.0
     for s in range(len(chosen)):
         if near[s]:
-            area += patch.areas[chosen[s]]
-    score = scored(patch, normals, chosen, cylinder, far)
-    facet, arc = _facets(patch, chosen, near, corners[kept], cylinder)
+            area += shares[s]
+    score = scored(patch, normals, chosen, shares, cylinder, far)
+    facet, arc = _facets(patch, chosen, shares, near, corners[kept], cylinder)
     worth = _worth(patch, corners, cylinder, far)
     bent = _bent(points[kept], rms)
     if bent < _STRIP and _worth_of_plane(patch, points[kept], far) > 2.0 * _worth(patch, every_corner(patch), cylinder, far):
@@ -85,7 +88,7 @@ def refined(patch: Patch, normals: FloatArray, chosen: IntArray, start: FloatArr
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _facets(patch: Patch, chosen: IntArray, near: BoolArray, corners: IntArray, cylinder: FloatArray) -> tuple[float, float]:
+def _facets(patch: Patch, chosen: IntArray, shares: FloatArray, near: BoolArray, corners: IntArray, cylinder: FloatArray) -> tuple[float, float]:
     """Typical angle of a facet and the longest run of facets side by side; 0 for a prism.
 
     The angle is that between columns of corners or, where noise blurs these, that of the faces.
@@ -99,7 +102,7 @@ def _facets(patch: Patch, chosen: IntArray, near: BoolArray, corners: IntArray, 
         if near[s]:
             f = chosen[s]
             widths[count] = width_of(angles, patch.faces[f, 0], patch.faces[f, 1], patch.faces[f, 2])[1]
-            areas[count] = patch.areas[f]
+            areas[count] = shares[s]
             count += 1
     facet = max(between, weighted_median(widths[:count], areas[:count]))
     return facet, longest_run(angles[corners], 1.6 * facet)
@@ -157,7 +160,7 @@ def bulges(patch: Patch, normals: FloatArray, one: Refined, area: float) -> bool
     cylinder, faces = one.cylinder, np.arange(len(patch.faces))
     if one.rms > _TOUCHING * CLEAN * cylinder[RADIUS]:
         return False
-    near = faces[_following(patch, normals, faces, cylinder, min(FAR, _FAR_OF_RADIUS * cylinder[RADIUS]))]
+    near = faces[_following(patch, normals, faces, patch.areas, cylinder, min(FAR, _FAR_OF_RADIUS * cylinder[RADIUS]))]
     lean, around = 0.0, patch.areas[near].sum()
     for f in near:
         tilt = normals[f, 0] * cylinder[3] + normals[f, 1] * cylinder[4] + normals[f, 2] * cylinder[5]
@@ -166,29 +169,29 @@ def bulges(patch: Patch, normals: FloatArray, one: Refined, area: float) -> bool
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def scored(patch: Patch, normals: FloatArray, chosen: IntArray, cylinder: FloatArray, far: float) -> float:
+def scored(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, cylinder: FloatArray, far: float) -> float:
     """Area of the faces that follow a cylinder times the digits of their closeness."""
-    near, score = _following(patch, normals, chosen, cylinder, far), 0.0
+    near, score = _following(patch, normals, chosen, shares, cylinder, far), 0.0
     for s in range(len(chosen)):
         if near[s]:
             off = 0.0
             for k in range(3):
                 off = max(off, abs(_distance(patch.points[patch.faces[chosen[s], k]], cylinder)))
-            score += patch.areas[chosen[s]] * max(np.log(far / max(off, 10.0 * EXACT)), 0.0)
+            score += shares[s] * max(np.log(far / max(off, 10.0 * EXACT)), 0.0)
     return score
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def fading(patch: Patch, normals: FloatArray, chosen: IntArray, cylinder: FloatArray, noise: float) -> float:
+def fading(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, cylinder: FloatArray, noise: float) -> float:
     """Area of the faces that follow a cylinder, fading with their distance for noise of a known size (MSAC)."""
     limit = _NOISE_MAX * noise
-    near, total = _following(patch, normals, chosen, cylinder, limit), 0.0
+    near, total = _following(patch, normals, chosen, shares, cylinder, limit), 0.0
     for s in range(len(chosen)):
         if near[s]:
             square = 0.0
             for k in range(3):
                 square += _distance(patch.points[patch.faces[chosen[s], k]], cylinder) ** 2 / 3.0
-            total += patch.areas[chosen[s]] * max(1.0 - square / (limit * limit), 0.0)
+            total += shares[s] * max(1.0 - square / (limit * limit), 0.0)
     return total
 
 
@@ -202,7 +205,7 @@ def _distance(point: FloatArray, cylinder: FloatArray) -> float:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _following(patch: Patch, normals: FloatArray, chosen: IntArray, cylinder: FloatArray, band: float) -> BoolArray:
+def _following(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, cylinder: FloatArray, band: float) -> BoolArray:
     """Faces near the cylinder, facing as it does. Half of their area says how much normals may tilt along the axis."""
     near, tilt = np.zeros(len(chosen), np.bool_), np.empty(len(chosen))
     ax, ay, az, radius = cylinder[3], cylinder[4], cylinder[5], cylinder[RADIUS]
@@ -223,7 +226,7 @@ def _following(patch: Patch, normals: FloatArray, chosen: IntArray, cylinder: Fl
         out = (normals[f, 0] * x + normals[f, 1] * y + normals[f, 2] * z) * cylinder[SIGN]
         near[s] = out > _OUTWARDS * distance
     if near.any():
-        limit = 3.0 * weighted_median(tilt[near], patch.areas[chosen[near]]) + TILT_EXACT
+        limit = 3.0 * weighted_median(tilt[near], shares[near]) + TILT_EXACT
         for s in range(len(chosen)):
             near[s] = near[s] and tilt[s] <= limit
     return near

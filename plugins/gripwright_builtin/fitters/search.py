@@ -11,7 +11,7 @@ from gripwright_builtin.fitters.chance import EXACT
 from gripwright_builtin.fitters.lateral import Lateral, lateral_surface
 from gripwright_builtin.fitters.osculation import osculating
 from gripwright_builtin.fitters.patch import Patch, patch_of, smooth_normals
-from gripwright_builtin.fitters.proposals import RADIUS, SIGN, closeness, directions_of, picked, propose, sample, support, voices
+from gripwright_builtin.fitters.proposals import RADIUS, SIGN, chance, closeness, directions_of, picked, propose, sample, support, voices
 from gripwright_builtin.fitters.refinement import CLEAN, FAR, Refined, bulges, fading, refined, tolerance
 
 _DRAWN = 700  # faces that the search looks at
@@ -87,28 +87,28 @@ def _search(vertices_mm: FloatArray, mesh_faces: IntArray, ids: IntArray, seed: 
     if count == 0:
         return patch.origin_mm, patch.size_mm, rows[:0]
     running = voices(patch.areas, directions, count)
-    chosen = _drawn(state, patch, running)
+    chosen, shares = _drawn(state, patch, running)
     hypotheses = np.empty((_HYPOTHESES, 8))
     number = propose(state, patch, patch.normals, directions, running, _PAIRS, hypotheses)
     found = [_nothing()][:0]
     normals, far = patch.normals, FAR
-    answer = _tried(state, patch, normals, running, chosen, hypotheses[:number], far, found)
+    answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, found)
     if answer == _NOISY:
         normals, far = smooth_normals(patch), _WIDER * FAR
         directions, count = directions_of(normals, patch.areas)
         running = voices(patch.areas, directions, count)
         number += propose(state, patch, normals, directions, running, _PAIRS, hypotheses[number:])
         found = [_nothing()][:0]
-        answer = _tried(state, patch, normals, running, chosen, hypotheses[:number], far, found)
+        answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, found)
         if answer != _SURE:
-            starts = osculating(patch, normals, chosen, _TRIES, far)
+            starts = osculating(patch, normals, chosen, shares, _TRIES, far)
             for h in range(len(starts)):
-                found.append(refined(patch, normals, chosen, starts[h], far))
-            found = _weighed(patch, normals, chosen, found)
+                found.append(refined(patch, normals, chosen, shares, starts[h], far))
+            found = _weighed(patch, normals, chosen, shares, found)
     taken = 0
     for sign in (1.0, -1.0):
         for one in _distinct(found, sign):
-            if _row(patch, normals, chosen, one, far, rows[taken]):
+            if _row(patch, normals, chosen, shares, one, far, rows[taken]):
                 taken += 1
     return patch.origin_mm, patch.size_mm, rows[:taken]
 
@@ -119,14 +119,18 @@ def _nothing() -> Refined:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _drawn(state: IntArray, patch: Patch, running: FloatArray) -> IntArray:
-    """The faces that the search looks at, ascending."""
+def _drawn(state: IntArray, patch: Patch, running: FloatArray) -> tuple[IntArray, FloatArray]:
+    """The faces that the search looks at, ascending, and the area that each stands for."""
     if len(patch.faces) <= _DRAWN:
-        return np.arange(len(patch.faces))
+        return np.arange(len(patch.faces)), patch.areas
     which = np.zeros(len(patch.faces), np.bool_)
     for _ in range(_DRAWN):
         which[picked(state, running)] = True
-    return np.flatnonzero(which)
+    chosen = np.flatnonzero(which)
+    shares = np.empty(len(chosen))
+    for s in range(len(chosen)):
+        shares[s] = patch.areas[chosen[s]] / (1.0 - (1.0 - chance(running, chosen[s])) ** _DRAWN)
+    return chosen, shares
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -136,6 +140,7 @@ def _tried(
     normals: FloatArray,
     running: FloatArray,
     chosen: IntArray,
+    shares: FloatArray,
     hypotheses: FloatArray,
     far: float,
     found: list[Refined],
@@ -150,7 +155,7 @@ def _tried(
     for h in range(len(hypotheses)):
         bounds[h] = support(patch, normals, faces, areas, hypotheses[h], wide, 0.5 * top)
         top = max(top, bounds[h])
-    enough, total, answer = _CLEAN_SHARE * patch.areas[chosen].sum(), areas.sum(), _NOISY
+    enough, total, answer = _CLEAN_SHARE * shares.sum(), areas.sum(), _NOISY
     first = hypotheses[np.argmax(bounds), SIGN] if len(bounds) else 1.0
     order = np.argsort(-bounds)
     for sign in (first, -first):
@@ -165,13 +170,13 @@ def _tried(
                         best, most = h, bounds[h]
             if best < 0:
                 break
-            one = refined(patch, normals, chosen, hypotheses[best], far)
+            one = refined(patch, normals, chosen, shares, hypotheses[best], far)
             _explain(patch, normals, faces, weights, hypotheses[best], wide)
             bounds[best] = 0.0
             if one.score > 0.0:
                 _explain(patch, normals, faces, weights, one.cylinder, wide)
                 found.append(one)
-                if _sure(patch, normals, chosen, one):
+                if _sure(patch, normals, chosen, shares, one):
                     found[0] = one
                     del found[1:]
                     return _SURE
@@ -193,7 +198,7 @@ def _explain(
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _sure(patch: Patch, normals: FloatArray, chosen: IntArray, one: Refined) -> bool:
+def _sure(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, one: Refined) -> bool:
     """Whether a cylinder leaves no room for another: nearly all that faces across its axis follows it, clearly bent."""
     if one.arc_rad < _SURE_ARC or one.bent < _SURE_BENT or one.rms > _SURE_RMS * one.cylinder[RADIUS]:
         return False
@@ -202,12 +207,12 @@ def _sure(patch: Patch, normals: FloatArray, chosen: IntArray, one: Refined) -> 
         f = chosen[s]
         tilt = normals[f, 0] * one.cylinder[3] + normals[f, 1] * one.cylinder[4] + normals[f, 2] * one.cylinder[5]
         if abs(tilt) < _ACROSS:
-            around += patch.areas[f]
+            around += shares[s]
     return one.area > _SURE_SHARE * around
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _weighed(patch: Patch, normals: FloatArray, chosen: IntArray, found: list[Refined]) -> list[Refined]:
+def _weighed(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, found: list[Refined]) -> list[Refined]:
     """The same with scores for one noise in common, which is that of the best; what bends no more than noise counts less."""
     best, noise = 0.0, np.inf
     for one in found:
@@ -219,7 +224,7 @@ def _weighed(patch: Patch, normals: FloatArray, chosen: IntArray, found: list[Re
     weighed = [_nothing()][:0]
     for one in found:
         if one.score > 0.0:
-            score = fading(patch, normals, chosen, one.cylinder, noise) * _firm(one)
+            score = fading(patch, normals, chosen, shares, one.cylinder, noise) * _firm(one)
             weighed.append(_with_score(one, score))
     return weighed
 
@@ -271,11 +276,11 @@ def _same(a: FloatArray, b: FloatArray) -> bool:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _row(patch: Patch, normals: FloatArray, chosen: IntArray, rough: Refined, far: float, row: FloatArray) -> bool:
+def _row(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, rough: Refined, far: float, row: FloatArray) -> bool:
     """The same on the whole segment, with the surface that follows it; False where that surface is a prism's."""
     fit = rough
     if len(chosen) < len(patch.faces) and not rough.rms < 10.0 * EXACT:  # else more points would tell nothing
-        fit = refined(patch, normals, np.arange(len(patch.faces)), rough.cylinder, far)
+        fit = refined(patch, normals, np.arange(len(patch.faces)), patch.areas, rough.cylinder, far)
     if not fit.score > 0.0 or not fit.facet_rad > 0.0:
         return False
     cylinder = fit.cylinder
