@@ -39,6 +39,7 @@ class Refined(NamedTuple):
     axis_sigma_rad: float
     facet_rad: float
     bent: float  # by how much a plane's sum of squares is larger, in squared standard deviations; 0 for a strip of a plane
+    pattern: float  # correlation of neighbouring corners' distances: 0 for noise, 1 where the shape is another
     arc_rad: float  # longest run of facets side by side
     worth: float  # how little likely so many points so near are by chance: minus the logarithm
     area: float
@@ -57,7 +58,7 @@ def refined(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatAr
 
     `chosen` are the faces looked at, `shares` the area that each stands for.
     """
-    nothing = Refined(start.copy(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    nothing = Refined(start.copy(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     cylinder, rms, singular = start.copy(), 0.0, False
     corners, points, kept = np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.bool_)
     near = np.zeros(0, np.bool_)
@@ -80,11 +81,11 @@ def refined(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatAr
             area += shares[s]
     score = scored(patch, normals, chosen, shares, cylinder, far)
     facet, arc = _facets(patch, chosen, shares, near, corners[kept], cylinder)
-    worth = _worth(patch, corners, cylinder, far)
+    worth, pattern = _worth(patch, corners, cylinder, far), _pattern(patch, chosen, near, cylinder, rms)
     bent = _bent(points[kept], rms)
     if bent < _STRIP and _worth_of_plane(patch, points[kept], far) > 2.0 * _worth(patch, every_corner(patch), cylinder, far):
         bent = 0.0
-    return Refined(cylinder, rms, radius_sigma, axis_sigma, facet, bent, arc, worth, area, score)
+    return Refined(cylinder, rms, radius_sigma, axis_sigma, facet, bent, pattern, arc, worth, area, score)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -122,6 +123,25 @@ def _worth(patch: Patch, corners: IntArray, cylinder: FloatArray, far: float) ->
     for i in range(len(corners)):
         distances[i] = abs(_distance(patch.points[corners[i]], cylinder))
     return likely(distances, far, 5)[1]
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _pattern(patch: Patch, chosen: IntArray, near: BoolArray, cylinder: FloatArray, rms: float) -> float:
+    """Correlation of the distances of true corners that share a face; 0 where they are but rounding."""
+    if rms < 10.0 * EXACT:
+        return 0.0
+    off, product, square = np.empty(3), 0.0, 0.0
+    for s in range(len(chosen)):
+        if near[s]:
+            for k in range(3):
+                v = patch.faces[chosen[s], k]
+                off[k] = _distance(patch.points[v], cylinder) if patch.corner[v] else np.inf
+            for k in range(3):
+                a, b = off[k], off[(k + 1) % 3]
+                if max(abs(a), abs(b)) < _NOISE_MAX * rms:
+                    product += a * b
+                    square += (a * a + b * b) / 2.0
+    return product / max(square, 1e-300)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

@@ -15,6 +15,7 @@ from gripwright_builtin.fitters.proposals import RADIUS, SIGN, chance, closeness
 from gripwright_builtin.fitters.refinement import CLEAN, FAR, Refined, bulges, fading, refined, tolerance
 
 _DRAWN = 700  # faces that the search looks at
+_CORNERED = 300  # more for their true corners
 _PAIRS = 40
 _HYPOTHESES = 600
 _TRIES = 3  # cylinders looked for, of each sign
@@ -26,6 +27,7 @@ _GOOD = 0.7  # of the best worth: cylinders that may tell the noise
 _BENT = 12.0  # squared standard deviations by which a plane must be worse
 _WIDER = 3.0  # times as far may surface lie that carries noise
 _NOISY, _CLEAN, _SURE = 0, 1, 2  # what a surface is: with noise, without, of one cylinder alone
+_PATTERN, _PATTERN_MAX = 0.4, 0.8  # correlation of neighbours' distances: from noise to another shape
 _SURE_SHARE = 0.8
 _SURE_BENT = 400.0
 _SURE_RMS = 0.02
@@ -115,21 +117,32 @@ def _search(vertices_mm: FloatArray, mesh_faces: IntArray, ids: IntArray, seed: 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _nothing() -> Refined:
-    return Refined(np.zeros(8), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Refined(np.zeros(8), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _drawn(state: IntArray, patch: Patch, running: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The faces that the search looks at, ascending, and the area that each stands for."""
+    """The faces that the search looks at, ascending, and the area that each stands for.
+
+    Some more, which stand for none, are there for their true corners: a fine tessellation has these at its edges alone.
+    """
     if len(patch.faces) <= _DRAWN:
         return np.arange(len(patch.faces)), patch.areas
-    which = np.zeros(len(patch.faces), np.bool_)
+    times = np.zeros(len(patch.faces))
     for _ in range(_DRAWN):
-        which[picked(state, running)] = True
+        times[picked(state, running)] += 1.0
+    cornered = np.zeros(len(patch.faces), np.bool_)
+    for f in range(len(patch.faces)):
+        for k in range(3):
+            cornered[f] = cornered[f] or patch.corner[patch.faces[f, k]]
+    more = np.flatnonzero(cornered)
+    which = times > 0.0
+    which[more[:: len(more) // _CORNERED + 1]] = True
     chosen = np.flatnonzero(which)
-    shares = np.empty(len(chosen))
+    shares = np.zeros(len(chosen))
     for s in range(len(chosen)):
-        shares[s] = patch.areas[chosen[s]] / (1.0 - (1.0 - chance(running, chosen[s])) ** _DRAWN)
+        if times[chosen[s]] > 0.0:
+            shares[s] = patch.areas[chosen[s]] / (1.0 - (1.0 - chance(running, chosen[s])) ** _DRAWN)
     return chosen, shares
 
 
@@ -200,7 +213,7 @@ def _explain(
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _sure(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, one: Refined) -> bool:
     """Whether a cylinder leaves no room for another: nearly all that faces across its axis follows it, clearly bent."""
-    if one.arc_rad < _SURE_ARC or one.bent < _SURE_BENT or one.rms > _SURE_RMS * one.cylinder[RADIUS]:
+    if one.pattern > _PATTERN or one.arc_rad < _SURE_ARC or one.bent < _SURE_BENT or one.rms > _SURE_RMS * one.cylinder[RADIUS]:
         return False
     around = 0.0
     for s in range(len(chosen)):
@@ -238,6 +251,7 @@ def _with_score(one: Refined, score: float) -> Refined:
         one.axis_sigma_rad,
         one.facet_rad,
         one.bent,
+        one.pattern,
         one.arc_rad,
         one.worth,
         one.area,
@@ -247,8 +261,9 @@ def _with_score(one: Refined, score: float) -> Refined:
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _firm(one: Refined) -> float:
-    """How firmly a surface is bent: 1 where a plane is out of the question."""
-    return min(max(one.bent / _BENT, 0.05), 1.0)
+    """1 where a plane is out of the question and the distances are but noise, least 0.005."""
+    bent, random = one.bent / _BENT, (_PATTERN_MAX - one.pattern) / (_PATTERN_MAX - _PATTERN)
+    return min(max(bent, 0.05), 1.0) * min(max(random, 0.1), 1.0)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
