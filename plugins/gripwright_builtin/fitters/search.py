@@ -19,6 +19,7 @@ _CORNERED = 300  # more for their true corners
 _PAIRS = 40
 _HYPOTHESES = 600
 _TRIES = 3  # cylinders looked for, of each sign
+_TRIES_NOISY = 2
 _POLISHED = 2  # of each sign
 _ACROSS = 0.9  # of a normal along the axis: an end face
 _CLEAN_SHARE = 0.1  # of the drawn area that must be without noise for the segment to count as clean
@@ -28,10 +29,11 @@ _BENT = 12.0  # squared standard deviations by which a plane must be worse
 _WIDER = 3.0  # times as far may surface lie that carries noise
 _NOISY, _CLEAN, _SURE = 0, 1, 2  # what a surface is: with noise, without, of one cylinder alone
 _PATTERN, _PATTERN_MAX = 0.4, 0.8  # correlation of neighbours' distances: from noise to another shape
-_SURE_SHARE = 0.8
-_SURE_BENT = 400.0
-_SURE_RMS = 0.02
-_SURE_ARC = float(np.radians(75.0))
+_SURE_SHARE, _CLEAR_SHARE = 0.8, 0.5  # of what faces across the axis: no room for another cylinder, or for a better axis
+_CLEAR_PATTERN = 0.25
+_CLEAR_BENT = 400.0
+_CLEAR_RMS = 0.02
+_CLEAR_ARC = float(np.radians(75.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -103,9 +105,13 @@ def _search(vertices_mm: FloatArray, mesh_faces: IntArray, ids: IntArray, seed: 
         found = [_nothing()][:0]
         answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, found)
         if answer != _SURE:
-            starts = osculating(patch, normals, chosen, shares, _TRIES, far)
-            for h in range(len(starts)):
-                found.append(refined(patch, normals, chosen, shares, starts[h], far))
+            short = True  # arc, perhaps; a long one needs no other way to be found
+            for one in found:
+                short = short and not _clear(patch, normals, chosen, shares, one, _CLEAR_SHARE)
+            if short:
+                starts = osculating(patch, normals, chosen, shares, _TRIES, far)
+                for h in range(len(starts)):
+                    found.append(refined(patch, normals, chosen, shares, starts[h], far))
             found = _weighed(patch, normals, chosen, shares, found)
     taken = 0
     for sign in (1.0, -1.0):
@@ -173,7 +179,7 @@ def _tried(
     order = np.argsort(-bounds)
     for sign in (first, -first):
         weights = areas.copy()
-        for again in range(_TRIES):
+        for again in range(_TRIES if wide == 1.0 else _TRIES_NOISY):
             best, most = -1, _LEFT * total
             for h in order:
                 if hypotheses[h, SIGN] == sign and bounds[h] > most:
@@ -189,7 +195,7 @@ def _tried(
             if one.score > 0.0:
                 _explain(patch, normals, faces, weights, one.cylinder, wide)
                 found.append(one)
-                if _sure(patch, normals, chosen, shares, one):
+                if _clear(patch, normals, chosen, shares, one, _SURE_SHARE):
                     found[0] = one
                     del found[1:]
                     return _SURE
@@ -211,9 +217,11 @@ def _explain(
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _sure(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, one: Refined) -> bool:
-    """Whether a cylinder leaves no room for another: nearly all that faces across its axis follows it, clearly bent."""
-    if one.pattern > _PATTERN or one.arc_rad < _SURE_ARC or one.bent < _SURE_BENT or one.rms > _SURE_RMS * one.cylinder[RADIUS]:
+def _clear(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, one: Refined, share: float) -> bool:
+    """Whether a long arc is clearly a cylinder, and so much of what faces across its axis follows it."""
+    if one.pattern > _CLEAR_PATTERN or one.arc_rad < _CLEAR_ARC:
+        return False
+    if one.bent < _CLEAR_BENT or one.rms > _CLEAR_RMS * one.cylinder[RADIUS]:
         return False
     around = 0.0
     for s in range(len(chosen)):
@@ -221,7 +229,7 @@ def _sure(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArra
         tilt = normals[f, 0] * one.cylinder[3] + normals[f, 1] * one.cylinder[4] + normals[f, 2] * one.cylinder[5]
         if abs(tilt) < _ACROSS:
             around += shares[s]
-    return one.area > _SURE_SHARE * around
+    return one.area > share * around
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
