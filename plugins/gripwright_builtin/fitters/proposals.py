@@ -12,7 +12,6 @@ AXIS, RADIUS, SIGN = 3, 6, 7
 """Columns of a hypothesis: point (3), axis (3), radius, sign (+1 where normals point away from the axis, −1 towards it)."""
 _SAMPLES = 160
 _GLANCE = 36  # samples that tell whether a cylinder is worth the others
-_CAPS = 4
 _ALONG_CAPS = 10  # pairs for each direction taken as an end face's
 _TURNED = 0.02  # sine between normals that tell an axis
 _BAND = 0.01  # of the size: distance at which a sample stops to count
@@ -101,11 +100,18 @@ def sample(state: IntArray, areas: FloatArray, running: FloatArray) -> tuple[Int
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def propose(
-    state: IntArray, patch: Patch, normals: FloatArray, directions: IntArray, running: FloatArray, pairs: int, found: FloatArray
+    state: IntArray,
+    patch: Patch,
+    normals: FloatArray,
+    directions: IntArray,
+    running: FloatArray,
+    pairs: int,
+    caps: int,
+    found: FloatArray,
 ) -> int:
     """Write hypotheses to `found` (h, 8); returns their number.
 
-    Two normals give the axis (their cross product) or, where a plane is taken as an end face, its normal does;
+    Two normals give the axis (their cross product) or, where one of the `caps` widest planes is taken as an end face, its does;
     then the corners of both faces give a circle, and so do their middles with the normals.
     """
     axis, scratch, count = np.empty(3), np.empty((12, 3)), 0
@@ -126,7 +132,7 @@ def propose(
             weight[directions[f]] += patch.areas[f]
             if first[directions[f]] < 0:
                 first[directions[f]] = f
-    for _ in range(min(_CAPS, len(weight))):
+    for _ in range(min(caps, len(weight))):
         widest = int(np.argmax(weight))
         weight[widest] = -1.0
         axis[:] = normals[first[widest]]

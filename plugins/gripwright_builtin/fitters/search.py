@@ -16,7 +16,9 @@ from gripwright_builtin.fitters.refinement import CLEAN, FAR, Refined, bulges, f
 
 _DRAWN = 700  # faces that the search looks at
 _CORNERED = 300  # more for their true corners
-_PAIRS = 40
+_GLANCE = 12  # pairs of faces for a first look
+_PAIRS = 36
+_CAPS = 4  # planes taken as end faces
 _HYPOTHESES = 600
 _TRIES = 3  # cylinders looked for, of each sign
 _TRIES_NOISY = 2
@@ -33,7 +35,7 @@ _SURE_SHARE, _CLEAR_SHARE = 0.8, 0.5  # of what faces across the axis: no room f
 _CLEAR_PATTERN = 0.25
 _CLEAR_BENT = 400.0
 _CLEAR_RMS = 0.02
-_CLEAR_ARC = float(np.radians(75.0))
+_CLEAR_ARC, _EXACT_ARC = float(np.radians(75.0)), float(np.radians(15.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -93,17 +95,20 @@ def _search(vertices_mm: FloatArray, mesh_faces: IntArray, ids: IntArray, seed: 
     running = voices(patch.areas, directions, count)
     chosen, shares = _drawn(state, patch, running)
     hypotheses = np.empty((_HYPOTHESES, 8))
-    number = propose(state, patch, patch.normals, directions, running, _PAIRS, hypotheses)
-    found = [_nothing()][:0]
-    normals, far = patch.normals, FAR
-    answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, found)
+    normals, far, found = patch.normals, FAR, [_nothing()][:0]
+    number = propose(state, patch, normals, directions, running, _GLANCE, 0, hypotheses)
+    answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, 1, found)
+    if answer != _SURE:
+        number += propose(state, patch, normals, directions, running, _PAIRS, _CAPS, hypotheses[number:])
+        found = [_nothing()][:0]
+        answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, _TRIES, found)
     if answer == _NOISY:
         normals, far = smooth_normals(patch), _WIDER * FAR
         directions, count = directions_of(normals, patch.areas)
         running = voices(patch.areas, directions, count)
-        number += propose(state, patch, normals, directions, running, _PAIRS, hypotheses[number:])
+        number += propose(state, patch, normals, directions, running, _PAIRS, _CAPS, hypotheses[number:])
         found = [_nothing()][:0]
-        answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, found)
+        answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, _TRIES_NOISY, found)
         if answer != _SURE:
             short = True  # arc, perhaps; a long one needs no other way to be found
             for one in found:
@@ -162,6 +167,7 @@ def _tried(
     shares: FloatArray,
     hypotheses: FloatArray,
     far: float,
+    tries: int,
     found: list[Refined],
 ) -> int:
     """Add cylinders of both signs, each the best explanation of what the earlier ones of its sign left over.
@@ -179,7 +185,7 @@ def _tried(
     order = np.argsort(-bounds)
     for sign in (first, -first):
         weights = areas.copy()
-        for again in range(_TRIES if wide == 1.0 else _TRIES_NOISY):
+        for again in range(tries):
             best, most = -1, _LEFT * total
             for h in order:
                 if hypotheses[h, SIGN] == sign and bounds[h] > most:
@@ -201,8 +207,8 @@ def _tried(
                     return _SURE
                 if one.rms < CLEAN * min(one.cylinder[RADIUS], 1.0) and one.area > enough:
                     answer = _CLEAN
-            if wide == 1.0 and answer == _NOISY:
-                return _NOISY
+            if tries == 1 or (wide == 1.0 and answer == _NOISY):
+                return answer
     return answer
 
 
@@ -219,7 +225,7 @@ def _explain(
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _clear(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, one: Refined, share: float) -> bool:
     """Whether a long arc is clearly a cylinder, and so much of what faces across its axis follows it."""
-    if one.pattern > _CLEAR_PATTERN or one.arc_rad < _CLEAR_ARC:
+    if one.pattern > _CLEAR_PATTERN or one.arc_rad < (_CLEAR_ARC if one.rms > EXACT else _EXACT_ARC):
         return False
     if one.bent < _CLEAR_BENT or one.rms > _CLEAR_RMS * one.cylinder[RADIUS]:
         return False
