@@ -38,14 +38,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", type=int, default=400)
     parser.add_argument("--seed", type=int, default=time.time_ns() % 2**32)
-    parser.add_argument("--large", type=int, default=100)
+    parser.add_argument("--large", type=int, default=40)
     parser.add_argument("--pcl", type=Path)
     arguments = parser.parse_args()
     rng = np.random.default_rng(arguments.seed)
     cases = [make_case(rng) for _ in range(arguments.cases)]
     large = [divided_case(case, rng) for case in cases[: arguments.large]]
     program = arguments.pcl or built_peer()
-    print(json.dumps({"seed": arguments.seed, "as_generated": compared(cases, program), "large": compared(large, program)}, indent=1))
+    print(
+        json.dumps(
+            {"seed": arguments.seed, "as_generated": compared(cases, program), "large": compared(large, program)}, indent=1
+        )
+    )
 
 
 def compared(cases: list[FittingCase], program: Path | None) -> dict[str, object]:
@@ -86,7 +90,9 @@ def divided_case(case: FittingCase, rng: np.random.Generator) -> FittingCase:
     arc, columns, profile = np.radians(case.arc_deg), case.columns, case.profile
     times = max(1, round(np.sqrt(rng.uniform(5e3, 2e4) / len(case.mesh.faces))))
     rows = np.concatenate([np.linspace(a, b, times, endpoint=False) for a, b in itertools.pairwise(profile)] + [profile[-1:]])
-    return case_of(case.kind, rows, arc, columns * times, case.height_mm / case.radius_mm, case.bore, case.noise, case.outliers, rng)
+    return case_of(
+        case.kind, rows, arc, columns * times, case.height_mm / case.radius_mm, case.bore, case.noise, case.outliers, rng
+    )
 
 
 def fit_ours(cases: list[FittingCase]) -> list[Result]:

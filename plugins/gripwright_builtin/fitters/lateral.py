@@ -151,7 +151,9 @@ def lateral_surface(
     if count == 0:
         return Lateral(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     limit = 3.0 * weighted_median(tilts[:count], patch.areas[on[:count]]) + TILT_EXACT
-    return _spread(patch, on[:count][tilts[:count] <= limit], angles, along, radius, max(1.5 * facet_rad + 6.0 * rms / radius, _FACET_MIN))
+    facing, widest = on[:count][tilts[:count] <= limit], max(1.5 * facet_rad + 6.0 * rms / radius, _FACET_MIN)
+    found: Lateral = _spread(patch, facing, angles, along, radius, widest)
+    return found
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

@@ -65,7 +65,7 @@ def _swept(points: FloatArray, up: FloatArray, band: float, found: FloatArray) -
         slope = np.sqrt(1.0 + b * b)
         if abs(c) * 2.0 < 1.0 / LARGEST_RADIUS:
             values[d] *= 0.5
-        radius = min(slope**3 / max(abs(2.0 * c), 1e-9), LARGEST_RADIUS * 0.99)
+        radius: float = min(slope**3 / max(abs(2.0 * c), 1e-9), LARGEST_RADIUS * 0.99)
         side = 1.0 if c > 0.0 else -1.0
         tries[d, :3] = middle * across + a * up + side * radius * (up - b * across) / slope
         tries[d, AXIS : AXIS + 3] = np.cross(across, up)
@@ -115,7 +115,7 @@ def _part(normals: FloatArray, chosen: IntArray, left: FloatArray) -> BoolArray:
     if not np.sqrt(mean @ mean) > 0.1 * left.sum():
         mean = normals[chosen[np.argmax(left)]].copy()
     for _ in range(3):  # towards the middle of the part
-        length = max(np.sqrt(mean @ mean), 1e-300)
+        length = max(float(np.sqrt(mean @ mean)), 1e-300)
         new = np.zeros(3)
         for s in range(len(chosen)):
             part[s] = left[s] > 0.0 and normals[chosen[s]] @ mean > _ONE_WAY * length

@@ -172,7 +172,7 @@ def _circles(
     x, y, r = _circle(flat)
     for e in range(2):
         out += (middle[e, 0] - x) * n[e, 0] + (middle[e, 1] - y) * n[e, 1]
-    return _added(frame, axis, x, y, r, out, found, count)
+    return int(_added(frame, axis, x, y, r, out, found, count))
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -228,7 +228,7 @@ def closeness(patch: Patch, normals: FloatArray, face: int, cylinder: FloatArray
         return 0.0
     off = abs(distance - cylinder[RADIUS])
     share = off / min(_BAND * wide, _BAND_OF_RADIUS * cylinder[RADIUS])
-    return max(1.0 - share * share, 0.0) + (1.0 if off < _EXACT else 0.0)
+    return float(max(1.0 - share * share, 0.0) + (1.0 if off < _EXACT else 0.0))
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

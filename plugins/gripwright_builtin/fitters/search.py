@@ -5,14 +5,26 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
+from gripwright.domain.shape import FloatArray, IntArray, Mesh
 from gripwright.geometry.surfaces import CylinderFit
 from gripwright_builtin.fitters.chance import EXACT
 from gripwright_builtin.fitters.lateral import Lateral, lateral_surface
 from gripwright_builtin.fitters.osculation import osculating
 from gripwright_builtin.fitters.patch import Patch, patch_of, smooth_normals
-from gripwright_builtin.fitters.proposals import RADIUS, SIGN, chance, closeness, directions_of, picked, propose, sample, support, voices
-from gripwright_builtin.fitters.refinement import CLEAN, FAR, Refined, bulges, fading, refined, tolerance
+from gripwright_builtin.fitters.proposals import (
+    RADIUS,
+    SIGN,
+    chance,
+    closeness,
+    directions_of,
+    picked,
+    propose,
+    sample,
+    support,
+    voices,
+)
+from gripwright_builtin.fitters.refinement import CLEAN, FAR, Refined, refined, tolerance
+from gripwright_builtin.fitters.weighing import ACROSS, POLISHED, bulges, clear, distinct, nothing, weighed
 
 _DRAWN = 700  # faces that the search looks at
 _CORNERED = 300  # more for their true corners
@@ -22,20 +34,11 @@ _CAPS = 4  # planes taken as end faces
 _HYPOTHESES = 600
 _TRIES = 3  # cylinders looked for, of each sign
 _TRIES_NOISY = 2
-_POLISHED = 2  # of each sign
-_ACROSS = 0.9  # of a normal along the axis: an end face
 _CLEAN_SHARE = 0.1  # of the drawn area that must be without noise for the segment to count as clean
 _LEFT = 0.01  # of the area: less is not worth a cylinder
-_GOOD = 0.7  # of the best worth: cylinders that may tell the noise
-_BENT = 12.0  # squared standard deviations by which a plane must be worse
 _WIDER = 3.0  # times as far may surface lie that carries noise
 _NOISY, _CLEAN, _SURE = 0, 1, 2  # what a surface is: with noise, without, of one cylinder alone
-_PATTERN, _PATTERN_MAX = 0.4, 0.8  # correlation of neighbours' distances: from noise to another shape
 _SURE_SHARE, _CLEAR_SHARE = 0.8, 0.5  # of what faces across the axis: no room for another cylinder, or for a better axis
-_CLEAR_PATTERN = 0.25
-_CLEAR_BENT = 400.0
-_CLEAR_RMS = 0.02
-_CLEAR_ARC, _EXACT_ARC = float(np.radians(75.0)), float(np.radians(15.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -87,7 +90,7 @@ def _found(row: FloatArray, origin_mm: FloatArray, size_mm: float) -> FoundCylin
 def _search(vertices_mm: FloatArray, mesh_faces: IntArray, ids: IntArray, seed: int) -> tuple[FloatArray, float, FloatArray]:
     """Origin and size of the segment, and a row a cylinder (see `_found`)."""
     patch = patch_of(vertices_mm, mesh_faces, ids)
-    rows = np.empty((2 * _POLISHED, 19))
+    rows = np.empty((2 * POLISHED, 19))
     state = np.array([np.uint64(seed)])
     directions, count = directions_of(patch.normals, patch.areas)
     if count == 0:
@@ -95,40 +98,35 @@ def _search(vertices_mm: FloatArray, mesh_faces: IntArray, ids: IntArray, seed: 
     running = voices(patch.areas, directions, count)
     chosen, shares = _drawn(state, patch, running)
     hypotheses = np.empty((_HYPOTHESES, 8))
-    normals, far, found = patch.normals, FAR, [_nothing()][:0]
+    normals, far, found = patch.normals, FAR, [nothing()][:0]
     number = propose(state, patch, normals, directions, running, _GLANCE, 0, hypotheses)
     answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, 1, found)
     if answer != _SURE:
         number += propose(state, patch, normals, directions, running, _PAIRS, _CAPS, hypotheses[number:])
-        found = [_nothing()][:0]
+        found = [nothing()][:0]
         answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, _TRIES, found)
     if answer == _NOISY:
         normals, far = smooth_normals(patch), _WIDER * FAR
         directions, count = directions_of(normals, patch.areas)
         running = voices(patch.areas, directions, count)
         number += propose(state, patch, normals, directions, running, _PAIRS, _CAPS, hypotheses[number:])
-        found = [_nothing()][:0]
+        found = [nothing()][:0]
         answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, _TRIES_NOISY, found)
         if answer != _SURE:
             short = True  # arc, perhaps; a long one needs no other way to be found
             for one in found:
-                short = short and not _clear(patch, normals, chosen, shares, one, _CLEAR_SHARE)
+                short = short and not clear(patch, normals, chosen, shares, one, _CLEAR_SHARE)
             if short:
                 starts = osculating(patch, normals, chosen, shares, _TRIES, far)
                 for h in range(len(starts)):
                     found.append(refined(patch, normals, chosen, shares, starts[h], far))
-            found = _weighed(patch, normals, chosen, shares, found)
+            found = weighed(patch, normals, chosen, shares, found)
     taken = 0
     for sign in (1.0, -1.0):
-        for one in _distinct(found, sign):
-            if _row(patch, normals, chosen, shares, one, far, rows[taken]):
+        for one in distinct(found, sign):
+            if _row(patch, normals, chosen, one, far, rows[taken]):
                 taken += 1
     return patch.origin_mm, patch.size_mm, rows[:taken]
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _nothing() -> Refined:
-    return Refined(np.zeros(8), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -186,13 +184,9 @@ def _tried(
     for sign in (first, -first):
         weights = areas.copy()
         for again in range(tries):
-            best, most = -1, _LEFT * total
-            for h in order:
-                if hypotheses[h, SIGN] == sign and bounds[h] > most:
-                    if again:
-                        bounds[h] = support(patch, normals, faces, weights, hypotheses[h], wide, most)
-                    if bounds[h] > most:
-                        best, most = h, bounds[h]
+            best = _best(
+                patch, normals, faces, weights if again else weights[:0], hypotheses, bounds, order, sign, _LEFT * total, wide
+            )
             if best < 0:
                 break
             one = refined(patch, normals, chosen, shares, hypotheses[best], far)
@@ -201,7 +195,7 @@ def _tried(
             if one.score > 0.0:
                 _explain(patch, normals, faces, weights, one.cylinder, wide)
                 found.append(one)
-                if _clear(patch, normals, chosen, shares, one, _SURE_SHARE):
+                if clear(patch, normals, chosen, shares, one, _SURE_SHARE):
                     found[0] = one
                     del found[1:]
                     return _SURE
@@ -213,9 +207,34 @@ def _tried(
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _explain(
-    patch: Patch, normals: FloatArray, faces: IntArray, weights: FloatArray, cylinder: FloatArray, wide: float
-) -> None:
+def _best(
+    patch: Patch,
+    normals: FloatArray,
+    faces: IntArray,
+    weights: FloatArray,
+    hypotheses: FloatArray,
+    bounds: FloatArray,
+    order: IntArray,
+    sign: float,
+    least: float,
+    wide: float,
+) -> int:
+    """The hypothesis of a sign with most support, −1 where none has more than `least`.
+
+    Support only shrinks: what is known of it from before bounds it. No weights: the bounds are the support.
+    """
+    best, most = -1, least
+    for h in order:
+        if hypotheses[h, SIGN] == sign and bounds[h] > most:
+            if len(weights):
+                bounds[h] = support(patch, normals, faces, weights, hypotheses[h], wide, most)
+            if bounds[h] > most:
+                best, most = h, bounds[h]
+    return best
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _explain(patch: Patch, normals: FloatArray, faces: IntArray, weights: FloatArray, cylinder: FloatArray, wide: float) -> None:
     """Take from the samples what follows a cylinder."""
     for s in range(len(faces)):
         if weights[s] > 0.0 and closeness(patch, normals, faces[s], cylinder, wide) > 0.0:
@@ -223,89 +242,7 @@ def _explain(
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _clear(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, one: Refined, share: float) -> bool:
-    """Whether a long arc is clearly a cylinder, and so much of what faces across its axis follows it."""
-    if one.pattern > _CLEAR_PATTERN or one.arc_rad < (_CLEAR_ARC if one.rms > EXACT else _EXACT_ARC):
-        return False
-    if one.bent < _CLEAR_BENT or one.rms > _CLEAR_RMS * one.cylinder[RADIUS]:
-        return False
-    around = 0.0
-    for s in range(len(chosen)):
-        f = chosen[s]
-        tilt = normals[f, 0] * one.cylinder[3] + normals[f, 1] * one.cylinder[4] + normals[f, 2] * one.cylinder[5]
-        if abs(tilt) < _ACROSS:
-            around += shares[s]
-    return one.area > share * around
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _weighed(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, found: list[Refined]) -> list[Refined]:
-    """The same with scores for one noise in common, which is that of the best; what bends no more than noise counts less."""
-    best, noise = 0.0, np.inf
-    for one in found:
-        if one.facet_rad > 0.0:
-            best = max(best, one.worth * _firm(one))
-    for one in found:
-        if one.facet_rad > 0.0 and one.worth * _firm(one) >= _GOOD * best:
-            noise = min(noise, max(one.rms, 10.0 * EXACT))
-    weighed = [_nothing()][:0]
-    for one in found:
-        if one.score > 0.0:
-            score = fading(patch, normals, chosen, shares, one.cylinder, noise) * _firm(one)
-            weighed.append(_with_score(one, score))
-    return weighed
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _with_score(one: Refined, score: float) -> Refined:
-    return Refined(
-        one.cylinder,
-        one.rms,
-        one.radius_sigma,
-        one.axis_sigma_rad,
-        one.facet_rad,
-        one.bent,
-        one.pattern,
-        one.arc_rad,
-        one.worth,
-        one.area,
-        score,
-    )
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _firm(one: Refined) -> float:
-    """1 where a plane is out of the question and the distances are but noise, least 0.005."""
-    bent, random = one.bent / _BENT, (_PATTERN_MAX - one.pattern) / (_PATTERN_MAX - _PATTERN)
-    return min(max(bent, 0.05), 1.0) * min(max(random, 0.1), 1.0)
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _distinct(found: list[Refined], sign: float) -> list[Refined]:
-    """The best of a sign, none of them the same as a better one."""
-    kept = [_nothing()][:0]
-    left = np.array([one.score if one.cylinder[SIGN] == sign else 0.0 for one in found])
-    while len(kept) < _POLISHED and len(left) and left.max() > 0.0:
-        at = int(np.argmax(left))
-        left[at] = 0.0
-        new = True
-        for other in kept:
-            new = new and not _same(found[at].cylinder, other.cylinder)
-        if new:
-            kept.append(found[at])
-    return kept
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _same(a: FloatArray, b: FloatArray) -> bool:
-    apart = b[:3] - a[:3]
-    apart = apart - (apart @ a[3:6]) * a[3:6]
-    off = np.sqrt(apart @ apart) + abs(a[RADIUS] - b[RADIUS])
-    return bool(abs(a[3:6] @ b[3:6]) > 0.999 and off < 0.02 * a[RADIUS])
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _row(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, rough: Refined, far: float, row: FloatArray) -> bool:
+def _row(patch: Patch, normals: FloatArray, chosen: IntArray, rough: Refined, far: float, row: FloatArray) -> bool:
     """The same on the whole segment, with the surface that follows it; False where that surface is a prism's."""
     fit = rough
     if len(chosen) < len(patch.faces) and not rough.rms < 10.0 * EXACT:  # else more points would tell nothing
@@ -318,7 +255,7 @@ def _row(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray
         return False
     around = 0.0
     for f in range(len(patch.faces)):
-        if abs(normals[f] @ cylinder[3:6]) < _ACROSS:
+        if abs(normals[f] @ cylinder[3:6]) < ACROSS:
             around += patch.areas[f]
     row[:8] = cylinder
     row[8], row[9], row[10] = fit.rms, fit.radius_sigma, fit.axis_sigma_rad

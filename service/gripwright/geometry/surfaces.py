@@ -6,7 +6,6 @@ import numpy as np
 from numba import njit
 
 from gripwright.domain.shape import FloatArray
-from gripwright.geometry.frames import any_perpendicular
 
 _ITERATIONS = 30
 _CONVERGED = 1e-10  # relative change of the sum of squares
@@ -212,48 +211,11 @@ def _normal_equations(
         g2 += c * d
         g3 += s * d
         g4 += d
-    rows = (
-        (s00, s01, s02, s03, s04),
-        (s01, s11, s12, s13, s14),
-        (s02, s12, s22, s23, s24),
-        (s03, s13, s23, s33, s34),
-        (s04, s14, s24, s34, float(len(points))),
-    )
+    upper = (s00, s01, s02, s03, s04, s11, s12, s13, s14, s22, s23, s24, s33, s34, float(len(points)))
+    at = 0
     for a in range(5):
-        for b in range(5):
-            normal[a, b] = rows[a][b]
+        for b in range(a, 5):
+            normal[a, b] = normal[b, a] = upper[at]
+            at += 1
     gradient[0], gradient[1], gradient[2], gradient[3], gradient[4] = g0, g1, g2, g3, g4
     return cost
-
-
-def cylinder_from_curvature(points_mm: FloatArray) -> tuple[FloatArray, FloatArray, float] | None:
-    """Start (point, axis, radius) for an arc of less than a half turn, from the quadratic height field over its mean plane.
-
-    Robust (iteratively reweighted), independent of normals. None where the points are flat.
-    """
-    centroid = np.median(points_mm, axis=0)
-    plane = fit_plane(points_mm)
-    e1 = any_perpendicular(plane.normal)
-    e2 = np.cross(plane.normal, e1)
-    v = points_mm - centroid
-    size = float(np.abs(v).max())
-    x, y, z = v @ e1 / size, v @ e2 / size, v @ plane.normal / size
-    terms = np.stack([x * x / 2, x * y, y * y / 2, x, y, np.ones_like(x)], axis=1)  # (n, 6)
-    weight = np.ones_like(z)
-    for _ in range(8):
-        coefficients = np.linalg.lstsq(terms * weight[:, None], z * weight, rcond=None)[0]
-        residual = z - terms @ coefficients
-        scale = 1.4826 * float(np.median(np.abs(residual))) + 1e-9
-        weight = 1.0 / (1.0 + (residual / (2.0 * scale)) ** 2)
-    values, vectors = np.linalg.eigh(np.array([[coefficients[0], coefficients[1]], [coefficients[1], coefficients[2]]]))
-    bent = int(np.argmax(np.abs(values)))
-    curvature = float(values[bent])
-    if abs(curvature) < 1e-6:
-        return None
-    normal = plane.normal - coefficients[3] * e1 - coefficients[4] * e2
-    normal /= np.linalg.norm(normal)
-    axis = vectors[0, 1 - bent] * e1 + vectors[1, 1 - bent] * e2
-    axis -= normal * (axis @ normal)
-    radius = size / abs(curvature)
-    foot = centroid + plane.normal * coefficients[5] * size
-    return foot + normal * np.sign(curvature) * radius, axis / np.linalg.norm(axis), radius
