@@ -29,6 +29,8 @@ class FittingCase:
     outliers: float  # share of vertices thrown off
     radius_bound: float  # Cramér–Rao: least standard error of the radius, as a share of it
     axis_bound_rad: float
+    profile: FloatArray  # (rows, 2) radius and z of the unit case
+    columns: int
 
 
 def whole_segment(mesh: Mesh) -> tuple[Component, Segment]:
@@ -81,10 +83,25 @@ def make_case(rng: np.random.Generator) -> FittingCase:
     height, bore, kind = float(rng.uniform(0.3, 3.0)), bool(rng.random() < 0.5), str(rng.choice(KINDS))
     columns = max(3, round(arc / np.radians(rng.uniform(3.0, 15.0))))
     profile = _profile(kind, height, -1.0 if bore else 1.0, int(rng.integers(2, 16)))
+    noise, outliers = float(rng.choice([0.0, 0.0, 0.002, 0.005, 0.01])), float(rng.choice([0.0, 0.0, 0.05]))
+    return case_of(kind, profile, arc, columns, height, bore, noise, outliers, rng)
+
+
+def case_of(
+    kind: str,
+    profile: FloatArray,
+    arc: float,
+    columns: int,
+    height: float,
+    bore: bool,
+    noise: float,
+    outliers: float,
+    rng: np.random.Generator,
+) -> FittingCase:
+    """A profile swept about z by `arc` (rad), with noise and outliers, in any pose and unit."""
     flat = revolved(profile, arc, columns)
     points = flat.vertices_mm
     lateral = np.abs(np.hypot(points[:, 0], points[:, 1]) - 1.0) < 1e-9
-    noise, outliers = float(rng.choice([0.0, 0.0, 0.002, 0.005, 0.01])), float(rng.choice([0.0, 0.0, 0.05]))
     radius_bound, axis_bound = cramer_rao(points[lateral], noise)
     moved = points + noise * rng.normal(size=points.shape)
     thrown = rng.random(len(points)) < outliers
@@ -103,6 +120,8 @@ def make_case(rng: np.random.Generator) -> FittingCase:
         outliers=outliers,
         radius_bound=radius_bound,
         axis_bound_rad=axis_bound,
+        profile=profile,
+        columns=columns,
     )
 
 

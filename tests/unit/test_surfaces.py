@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from fitting_cases import cramer_rao, random_rotation, revolved
 from gripwright.domain.shape import FloatArray, Mesh
-from gripwright.geometry.surfaces import CylinderFit, corner_vertices, cylinder_from_curvature, fit_cylinder, fit_plane
+from gripwright.geometry.corners import corner_vertices
+from gripwright.geometry.surfaces import CylinderFit, fit_cylinder, fit_plane
 
 
 def unit_points(arc_deg: float, columns: int = 24, rows: int = 8) -> FloatArray:
@@ -64,21 +65,6 @@ def test_distances_are_positive_outside() -> None:
     )
 
     assert fit.distances_mm(np.array([[3.0, 0, 9], [0, 1.5, -9]])) == pytest.approx([1.0, -0.5])
-
-
-@pytest.mark.parametrize("arc_deg", [20.0, 60.0, 120.0])
-def test_curvature_gives_a_start_near_the_cylinder(arc_deg: float) -> None:
-    start = cylinder_from_curvature(unit_points(arc_deg))
-
-    assert start is not None
-    assert start[2] == pytest.approx(1.0, rel=0.35)
-    assert abs(start[1][2]) > 0.99
-
-
-def test_flat_points_have_no_curvature() -> None:
-    x, y = np.meshgrid(np.arange(5.0), np.arange(5.0))
-
-    assert cylinder_from_curvature(np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1)) is None
 
 
 def test_the_plane_of_points_is_found_in_any_pose() -> None:

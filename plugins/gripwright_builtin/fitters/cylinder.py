@@ -49,7 +49,7 @@ class CylinderFitter:
 
     def _refused(self, found: FoundCylinder) -> Rejection | None:
         """Why a cylinder does not speak for the segment."""
-        share, radius = found.lateral.area_mm2 / max(found.around_mm2, 1e-300), found.fit.radius_mm
+        share, radius = found.area_mm2 / max(found.around_mm2, 1e-300), found.fit.radius_mm
         if share < self._params.support_min:
             return Rejection(
                 "no-cylinder",
@@ -65,14 +65,14 @@ class CylinderFitter:
         return None
 
     def _cylinder(self, found: FoundCylinder, bore: Cylinder | None = None) -> Cylinder:
-        fit, lateral = found.fit, found.lateral
+        fit = found.fit
         return Cylinder(
-            center_C=fit.point_mm + fit.axis * (lateral.low_mm + lateral.high_mm) / 2.0,
+            center_C=fit.point_mm + fit.axis * (found.low_mm + found.high_mm) / 2.0,
             axis_C=fit.axis,
             radius_mm=fit.radius_mm,
-            height_mm=lateral.high_mm - lateral.low_mm,
+            height_mm=found.high_mm - found.low_mm,
             internal=found.sign < 0,
-            arc_rad=lateral.arc_rad,
+            arc_rad=found.arc_rad,
             rms_mm=fit.rms_mm,
             surface_filled=self._filled(found),
             radius_sigma_mm=fit.radius_sigma_mm,
@@ -81,8 +81,7 @@ class CylinderFitter:
         )
 
     def _filled(self, found: FoundCylinder) -> bool:
-        lateral = found.lateral
-        return lateral.filled >= self._params.filled_min and lateral.three_finger >= self._params.three_finger_min
+        return found.filled >= self._params.filled_min and found.three_finger >= self._params.three_finger_min
 
     def _rank(self, found: FoundCylinder) -> tuple[bool, float]:
         """A filled outer surface first, then the score: a bore is the answer only where it is all there is."""

@@ -1,41 +1,44 @@
 """The cylinders that a segment's surface follows: consensus proposes, least squares on the true corners decides."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
-from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
-from gripwright.geometry.consensus import LARGEST_RADIUS, SurfaceSamples, propose_cylinders, sample_surface, smoothed, support_mm2
-from gripwright.geometry.measures import face_areas_mm2, face_normals
-from gripwright.geometry.surfaces import CylinderFit, corner_vertices, cylinder_from_curvature, fit_cylinder
-from gripwright_builtin.fitters.lateral import (
-    FACET_MAX_RAD,
-    TILT_MAX,
-    FaceSet,
-    Lateral,
-    angles_about,
-    facet_width_rad,
-    lateral_surface,
-    upright,
-    weighted_median,
+from gripwright.domain.shape import FloatArray, IntArray, Mesh
+from gripwright.geometry.surfaces import CylinderFit
+from gripwright_builtin.fitters.chance import EXACT
+from gripwright_builtin.fitters.lateral import Lateral, lateral_surface
+from gripwright_builtin.fitters.osculation import osculating
+from gripwright_builtin.fitters.patch import Patch, patch_of, smooth_normals
+from gripwright_builtin.fitters.proposals import (
+    RADIUS,
+    SIGN,
+    chance,
+    closeness,
+    directions_of,
+    picked,
+    propose,
+    sample,
+    support,
+    voices,
 )
+from gripwright_builtin.fitters.refinement import CLEAN, FAR, Refined, refined, tolerance
+from gripwright_builtin.fitters.weighing import ACROSS, POLISHED, bulges, clear, distinct, nothing, weighed
 
-_SAMPLES = 700
-_POINTS = 20000
+_DRAWN = 700  # faces that the search looks at
+_CORNERED = 300  # more for their true corners
+_GLANCE = 12  # pairs of faces for a first look
+_PAIRS = 36
+_CAPS = 4  # planes taken as end faces
+_HYPOTHESES = 600
 _TRIES = 3  # cylinders looked for, of each sign
-_POLISHED = 2  # of each sign
-_ROUNDS = 4
-_ACROSS = 0.9  # of a normal along the axis: an end face
-_CHORD = 1.0 - float(np.cos(FACET_MAX_RAD / 2.0))  # of the radius: how deep the widest facet lies
-_FAR = 0.02  # of the segment's size: surface farther from a cylinder does not speak for it
-_FAR_OF_RADIUS = 0.1
-_EXACT = 1e-6  # of the segment's size: rounding of CAD files
-_CLEAN = 1e-3  # of the radius: deviation below which the surface carries no noise
-_CLEAN_SHARE = 0.1  # of the drawn area that must be so for the segment to count as clean
-_ONE_WAY = 0.75  # cosine between a part's mean direction and its normals
-_SLICES = 12  # along the axis
-_ASTRAY = 3.5  # standard errors of a slice's mean
+_TRIES_NOISY = 2
+_CLEAN_SHARE = 0.1  # of the drawn area that must be without noise for the segment to count as clean
+_LEFT = 0.01  # of the area: less is not worth a cylinder
+_WIDER = 3.0  # times as far may surface lie that carries noise
+_NOISY, _CLEAN, _SURE = 0, 1, 2  # what a surface is: with noise, without, of one cylinder alone
+_SURE_SHARE, _CLEAR_SHARE = 0.8, 0.5  # of what faces across the axis: no room for another cylinder, or for a better axis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -44,239 +47,218 @@ class FoundCylinder:
 
     fit: CylinderFit
     sign: float
-    lateral: Lateral
+    area_mm2: float  # of the faces on it
+    low_mm: float  # their extent along the axis, from the fit's point
+    high_mm: float
+    arc_rad: float
+    filled: float  # share of the lateral area between low and high, 0..1
+    three_finger: float  # share of the height that each of three fingers 120° apart finds at the best rotation, 0..1
     around_mm2: float  # area of the segment without end faces
     score: float  # area of the surface times the digits of its closeness
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Surface:
-    """Some faces of a mesh; `size_mm` is the extent of the segment that they are drawn from."""
-
-    mesh: Mesh
-    ids: IntArray  # (k,)
-    faces: FaceSet
-    size_mm: float
-    corners: BoolArray | None  # (n,) true corners among the mesh's vertices, None: not known yet
-
-    def points(self, which: BoolArray) -> tuple[FloatArray, FloatArray]:
-        """True corners of some faces (p, 3), at most some thousand, each with its share of the faces' area (p,)."""
-        ids, areas = self.ids[which], self.faces.areas_mm2[which]
-        weights = np.bincount(self.mesh.faces[ids].ravel(), np.repeat(areas / 3.0, 3), len(self.mesh.vertices_mm))
-        vertices = np.flatnonzero(weights)
-        vertices = vertices[:: len(vertices) // _POINTS + 1]
-        vertices = corner_vertices(self.mesh, vertices) if self.corners is None else vertices[self.corners[vertices]]
-        return self.mesh.vertices_mm[vertices], np.asarray(weights[vertices], dtype=np.float64)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Fitted:
-    fit: CylinderFit
-    sign: float
-    facet_rad: float
-    area_mm2: float
-    score: float
-
-
 def find_cylinders(mesh: Mesh, ids: IntArray, rng: np.random.Generator) -> list[FoundCylinder]:
     """The cylinders that faces `ids` follow, both signs; the best first, the score being the judge."""
-    whole = _surface(mesh, ids)
-    origin = whole.faces.centres_mm.mean(axis=0)
-    samples = sample_surface(whole.faces.centres_mm - origin, whole.faces.normals, whole.faces.areas_mm2, _SAMPLES, rng)
-    if len(samples.areas_mm2) < 3:
-        return []
-    drawn = _drawn(whole, np.unique(samples.faces))
-    fitted = list(_fitted(drawn, samples, origin, rng))
-    enough = _CLEAN_SHARE * float(drawn.faces.areas_mm2.sum())
-    if not any(f.fit.rms_mm < _CLEAN * min(f.fit.radius_mm, whole.size_mm) and f.area_mm2 > enough for f in fitted):
-        fitted += list(_fitted(drawn, smoothed(samples), origin, rng))
-        fitted += list(_bent(drawn))
-    found: list[FoundCylinder] = []
-    for sign in (1.0, -1.0):
-        of_sign = sorted((f for f in fitted if f.sign == sign), key=lambda f: -f.score)
-        polished = (_polished(whole, f) for f in _distinct(of_sign)[:_POLISHED])
-        found += [p for p in polished if p is not None]
-    return sorted(found, key=lambda f: -f.score)
+    origin_mm, size_mm, rows = _search(mesh.vertices_mm, mesh.faces, ids, int(rng.integers(1 << 62)))
+    return sorted((_found(row, origin_mm, size_mm) for row in rows), key=lambda one: -one.score)
 
 
-def _surface(mesh: Mesh, ids: IntArray) -> _Surface:
-    part = Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces[ids])
-    triangles = part.triangles_mm
-    faces = FaceSet(
-        triangles_mm=triangles, centres_mm=triangles.mean(axis=1), normals=face_normals(part), areas_mm2=face_areas_mm2(part)
-    )
-    return _Surface(mesh=mesh, ids=ids, faces=faces, size_mm=float(np.ptp(triangles.reshape(-1, 3), axis=0).max()), corners=None)
-
-
-def _drawn(whole: _Surface, which: IntArray) -> _Surface:
-    """Some faces of a surface, their true corners worked out once."""
-    faces = whole.faces
-    ids = whole.ids[which]
-    corners = np.zeros(len(whole.mesh.vertices_mm), dtype=bool)
-    corners[corner_vertices(whole.mesh, np.unique(whole.mesh.faces[ids]))] = True
-    part = FaceSet(
-        triangles_mm=faces.triangles_mm[which],
-        centres_mm=faces.centres_mm[which],
-        normals=faces.normals[which],
-        areas_mm2=faces.areas_mm2[which],
-    )
-    return _Surface(mesh=whole.mesh, ids=ids, faces=part, size_mm=whole.size_mm, corners=corners)
-
-
-def _fitted(surface: _Surface, samples: SurfaceSamples, origin: FloatArray, rng: np.random.Generator) -> Iterator[_Fitted]:
-    """Cylinders of both signs, each the best explanation of what the earlier ones of its sign left over."""
-    proposals = propose_cylinders(samples, rng)
-    supports = support_mm2(samples, proposals)  # (h, s)
-    for sign in (1.0, -1.0):
-        remaining = supports[proposals.signs == sign]
-        of_sign = proposals.select(proposals.signs == sign)
-        for _ in range(_TRIES):
-            total = remaining.sum(axis=1)
-            if not len(total) or total.max() <= 0.01 * samples.areas_mm2.sum():
-                break
-            chosen = int(np.argmax(total))
-            start = _start(of_sign.points_mm[chosen] + origin, of_sign.axes[chosen], float(of_sign.radii_mm[chosen]))
-            fitted = _refined(surface, start, sign)
-            if fitted is not None:
-                yield fitted
-            remaining[:, remaining[chosen] > 0] = 0.0
-
-
-def _bent(surface: _Surface) -> Iterator[_Fitted]:
-    """Cylinders that osculate the parts that face one way: what is left to try where noise hides the normals of short arcs."""
-    faces = surface.faces
-    remaining = faces.areas_mm2.copy()
-    for _ in range(_TRIES):
-        mean = remaining @ faces.normals if remaining.any() else np.zeros(3)
-        if not np.linalg.norm(mean) > 0.1 * remaining.sum():
-            mean = faces.normals[int(np.argmax(remaining))]
-        for _ in range(3):  # towards the middle of the part
-            part = faces.normals @ (mean / max(float(np.linalg.norm(mean)), 1e-300)) > _ONE_WAY
-            mean = (remaining * part) @ faces.normals
-        if part.sum() < 6 or not remaining[part].sum() > 0:
-            return
-        bent = cylinder_from_curvature(faces.centres_mm[part])
-        remaining[part] = 0.0
-        if bent is None:
-            continue
-        start = _start(*bent)
-        outwards = (faces.normals[part] * start.radial_mm(faces.centres_mm[part])).sum(axis=1)
-        fitted = _refined(surface, start, 1.0 if faces.areas_mm2[part] @ outwards > 0 else -1.0)
-        if fitted is not None:
-            yield fitted
-
-
-def _start(point_mm: FloatArray, axis: FloatArray, radius_mm: float) -> CylinderFit:
-    return CylinderFit(point_mm=point_mm, axis=axis, radius_mm=radius_mm, rms_mm=0.0, radius_sigma_mm=0.0, axis_sigma_rad=0.0)
-
-
-def _refined(surface: _Surface, start: CylinderFit, sign: float) -> _Fitted | None:
-    """Least squares from a start, on the corners of the faces that follow it; twice, since better knows better which do."""
-    fit, band = start, min(_FAR * surface.size_mm, _FAR_OF_RADIUS * start.radius_mm)
-    for _ in range(2):
-        near = _following(surface.faces, fit, sign, band)
-        points, weights = surface.points(near)
-        trimmed = _trimmed(points, weights, fit, surface.size_mm)
-        if trimmed is None or trimmed[0].radius_mm > LARGEST_RADIUS * surface.size_mm:
-            return None
-        fit, kept = trimmed
-        band = _tolerance_mm(fit)
-    levelled = _levelled(points[kept], fit, sign)
-    fit = fit if levelled is None else levelled
-    distances = np.abs(fit.distances_mm(surface.faces.triangles_mm[near].reshape(-1, 3))).reshape(-1, 3).max(axis=1)
-    digits = np.log(_FAR * surface.size_mm / np.maximum(distances, 10.0 * _EXACT * surface.size_mm))
-    return _Fitted(
-        fit=fit,
-        sign=sign,
-        facet_rad=facet_width_rad(angles_about(points[kept], fit)),
-        area_mm2=float(surface.faces.areas_mm2[near].sum()),
-        score=float(surface.faces.areas_mm2[near] @ np.maximum(digits, 0.0)),
-    )
-
-
-def _polished(whole: _Surface, rough: _Fitted) -> FoundCylinder | None:
-    """The same on the whole segment, with the surface that follows it; None where that surface is a prism's."""
-    exact = rough.fit.rms_mm < 10.0 * _EXACT * whole.size_mm  # more points would tell nothing
-    fitted = rough if exact else _refined(whole, rough.fit, rough.sign)
-    if fitted is None or fitted.facet_rad <= 0:
-        return None
-    lateral = lateral_surface(whole.faces, fitted.fit, fitted.sign, _tolerance_mm(fitted.fit), fitted.facet_rad)
-    if lateral is None:
-        return None
-    around = np.abs(whole.faces.normals @ fitted.fit.axis) < _ACROSS
+def _found(row: FloatArray, origin_mm: FloatArray, size_mm: float) -> FoundCylinder:
+    radius, sign, rms, radius_sigma, axis_sigma, area, low, high, arc, filled, three_finger, around, score = row[6:].tolist()
     return FoundCylinder(
-        fit=fitted.fit,
-        sign=fitted.sign,
-        lateral=lateral,
-        around_mm2=float(whole.faces.areas_mm2[around].sum()),
-        score=fitted.score,
+        fit=CylinderFit(
+            point_mm=row[:3] * size_mm + origin_mm,
+            axis=row[3:6],
+            radius_mm=radius * size_mm,
+            rms_mm=rms * size_mm,
+            radius_sigma_mm=radius_sigma * size_mm,
+            axis_sigma_rad=axis_sigma,
+        ),
+        sign=sign,
+        area_mm2=area * size_mm**2,
+        low_mm=low * size_mm,
+        high_mm=high * size_mm,
+        arc_rad=arc,
+        filled=filled,
+        three_finger=three_finger,
+        around_mm2=around * size_mm**2,
+        score=score,
     )
 
 
-def _tolerance_mm(fit: CylinderFit) -> float:
-    return max(4.0 * fit.rms_mm, _CLEAN * fit.radius_mm)
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _search(vertices_mm: FloatArray, mesh_faces: IntArray, ids: IntArray, seed: int) -> tuple[FloatArray, float, FloatArray]:
+    """Origin and size of the segment, and a row a cylinder (see `_found`)."""
+    patch = patch_of(vertices_mm, mesh_faces, ids)
+    rows = np.empty((2 * POLISHED, 19))
+    state = np.array([np.uint64(seed)])
+    directions, count = directions_of(patch.normals, patch.areas)
+    if count == 0:
+        return patch.origin_mm, patch.size_mm, rows[:0]
+    running = voices(patch.areas, directions, count)
+    chosen, shares = _drawn(state, patch, running)
+    hypotheses = np.empty((_HYPOTHESES, 8))
+    normals, far, found = patch.normals, FAR, [nothing()][:0]
+    number = propose(state, patch, normals, directions, running, _GLANCE, 0, hypotheses)
+    answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, 1, found)
+    if answer != _SURE:
+        number += propose(state, patch, normals, directions, running, _PAIRS, _CAPS, hypotheses[number:])
+        found = [nothing()][:0]
+        answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, _TRIES, found)
+    if answer == _NOISY:
+        normals, far = smooth_normals(patch), _WIDER * FAR
+        directions, count = directions_of(normals, patch.areas)
+        running = voices(patch.areas, directions, count)
+        number += propose(state, patch, normals, directions, running, _PAIRS, _CAPS, hypotheses[number:])
+        found = [nothing()][:0]
+        answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, _TRIES_NOISY, found)
+        if answer != _SURE:
+            short = True  # arc, perhaps; a long one needs no other way to be found
+            for one in found:
+                short = short and not clear(patch, normals, chosen, shares, one, _CLEAR_SHARE)
+            if short:
+                starts = osculating(patch, normals, chosen, shares, _TRIES, far)
+                for h in range(len(starts)):
+                    found.append(refined(patch, normals, chosen, shares, starts[h], far))
+            found = weighed(patch, normals, chosen, shares, found)
+    taken = 0
+    for sign in (1.0, -1.0):
+        for one in distinct(found, sign):
+            if _row(patch, normals, chosen, one, far, rows[taken]):
+                taken += 1
+    return patch.origin_mm, patch.size_mm, rows[:taken]
 
 
-def _distinct(fitted: list[_Fitted]) -> list[_Fitted]:
-    kept: list[_Fitted] = []
-    for one in fitted:
-        if not any(_same(one.fit, other.fit) for other in kept):
-            kept.append(one)
-    return kept
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _drawn(state: IntArray, patch: Patch, running: FloatArray) -> tuple[IntArray, FloatArray]:
+    """The faces that the search looks at, ascending, and the area that each stands for.
+
+    Some more, which stand for none, are there for their true corners: a fine tessellation has these at its edges alone.
+    """
+    if len(patch.faces) <= _DRAWN:
+        return np.arange(len(patch.faces)), patch.areas
+    times = np.zeros(len(patch.faces))
+    for _ in range(_DRAWN):
+        times[picked(state, running)] += 1.0
+    cornered = np.zeros(len(patch.faces), np.bool_)
+    for f in range(len(patch.faces)):
+        for k in range(3):
+            cornered[f] = cornered[f] or patch.corner[patch.faces[f, k]]
+    more = np.flatnonzero(cornered)
+    which = times > 0.0
+    which[more[:: len(more) // _CORNERED + 1]] = True
+    chosen = np.flatnonzero(which)
+    shares = np.zeros(len(chosen))
+    for s in range(len(chosen)):
+        if times[chosen[s]] > 0.0:
+            shares[s] = patch.areas[chosen[s]] / (1.0 - (1.0 - chance(running, chosen[s])) ** _DRAWN)
+    return chosen, shares
 
 
-def _same(a: CylinderFit, b: CylinderFit) -> bool:
-    near = float(np.linalg.norm(a.radial_mm(b.point_mm[None])[0]))
-    return bool(abs(a.axis @ b.axis) > 0.999 and abs(a.radius_mm - b.radius_mm) + near < 0.02 * a.radius_mm)
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _tried(
+    state: IntArray,
+    patch: Patch,
+    normals: FloatArray,
+    running: FloatArray,
+    chosen: IntArray,
+    shares: FloatArray,
+    hypotheses: FloatArray,
+    far: float,
+    tries: int,
+    found: list[Refined],
+) -> int:
+    """Add cylinders of both signs, each the best explanation of what the earlier ones of its sign left over.
+
+    Returns what the surface is. Where the very best cylinder has noise, or is all there is, no other is looked for.
+    """
+    faces, areas = sample(state, patch.areas, running)
+    wide = far / FAR
+    bounds, top = np.empty(len(hypotheses)), 0.0
+    for h in range(len(hypotheses)):
+        bounds[h] = support(patch, normals, faces, areas, hypotheses[h], wide, 0.5 * top)
+        top = max(top, bounds[h])
+    enough, total, answer = _CLEAN_SHARE * shares.sum(), areas.sum(), _NOISY
+    first = hypotheses[np.argmax(bounds), SIGN] if len(bounds) else 1.0
+    order = np.argsort(-bounds)
+    for sign in (first, -first):
+        weights = areas.copy()
+        for again in range(tries):
+            best = _best(
+                patch, normals, faces, weights if again else weights[:0], hypotheses, bounds, order, sign, _LEFT * total, wide
+            )
+            if best < 0:
+                break
+            one = refined(patch, normals, chosen, shares, hypotheses[best], far)
+            _explain(patch, normals, faces, weights, hypotheses[best], wide)
+            bounds[best] = 0.0
+            if one.score > 0.0:
+                _explain(patch, normals, faces, weights, one.cylinder, wide)
+                found.append(one)
+                if clear(patch, normals, chosen, shares, one, _SURE_SHARE):
+                    found[0] = one
+                    del found[1:]
+                    return _SURE
+                if one.rms < CLEAN * min(one.cylinder[RADIUS], 1.0) and one.area > enough:
+                    answer = _CLEAN
+            if tries == 1 or (wide == 1.0 and answer == _NOISY):
+                return answer
+    return answer
 
 
-def _following(faces: FaceSet, fit: CylinderFit, sign: float, band_mm: float) -> BoolArray:
-    """Faces near the cylinder, facing as it does. Half of their area says how much normals may tilt along the axis."""
-    radial = fit.radial_mm(faces.centres_mm)
-    distance = np.maximum(np.linalg.norm(radial, axis=1), 1e-300)
-    outwards = (faces.normals * radial).sum(axis=1) / distance * sign
-    depth = fit.radius_mm - distance
-    tilt = np.abs(faces.normals @ fit.axis)
-    near = (outwards > 0.5) & (depth >= -band_mm) & (depth <= band_mm + _CHORD * fit.radius_mm) & (tilt < TILT_MAX)
-    return upright(near, tilt, faces.areas_mm2)
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _best(
+    patch: Patch,
+    normals: FloatArray,
+    faces: IntArray,
+    weights: FloatArray,
+    hypotheses: FloatArray,
+    bounds: FloatArray,
+    order: IntArray,
+    sign: float,
+    least: float,
+    wide: float,
+) -> int:
+    """The hypothesis of a sign with most support, −1 where none has more than `least`.
+
+    Support only shrinks: what is known of it from before bounds it. No weights: the bounds are the support.
+    """
+    best, most = -1, least
+    for h in order:
+        if hypotheses[h, SIGN] == sign and bounds[h] > most:
+            if len(weights):
+                bounds[h] = support(patch, normals, faces, weights, hypotheses[h], wide, most)
+            if bounds[h] > most:
+                best, most = h, bounds[h]
+    return best
 
 
-def _trimmed(points: FloatArray, weights: FloatArray, start: CylinderFit, size_mm: float) -> tuple[CylinderFit, BoolArray] | None:
-    """Least squares with the points left out that are far off for the median (by area) distance; and which were kept."""
-    kept = np.ones(len(points), dtype=bool)
-    fit = start
-    for _ in range(_ROUNDS):
-        better = fit_cylinder(points[kept], fit.point_mm, fit.axis, fit.radius_mm)
-        if better is None:
-            return None
-        fit = better
-        distance = np.abs(fit.distances_mm(points))
-        limit = max(3.5 * 1.4826 * weighted_median(distance[kept], weights[kept]), _EXACT * size_mm)
-        now = distance <= limit
-        if (now == kept).all():
-            break
-        kept = now
-    return fit, kept
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _explain(patch: Patch, normals: FloatArray, faces: IntArray, weights: FloatArray, cylinder: FloatArray, wide: float) -> None:
+    """Take from the samples what follows a cylinder."""
+    for s in range(len(faces)):
+        if weights[s] > 0.0 and closeness(patch, normals, faces[s], cylinder, wide) > 0.0:
+            weights[s] = 0.0
 
 
-def _levelled(points: FloatArray, fit: CylinderFit, sign: float) -> CylinderFit | None:
-    """The fit without the slices at either end that recede from it: fillets that hide in the noise. None where none do."""
-    along = (points - fit.point_mm) @ fit.axis
-    low, length = float(along.min()), float(np.ptp(along))
-    slices = np.minimum(((along - low) / max(length, 1e-300) * _SLICES).astype(np.int64), _SLICES - 1)
-    count = np.bincount(slices, minlength=_SLICES)
-    level: CylinderFit | None = None
-    for _ in range(3):
-        distances = (level or fit).distances_mm(points) * sign
-        mean = np.bincount(slices, distances, _SLICES) / np.maximum(count, 1)
-        error = (level or fit).rms_mm / np.sqrt(np.maximum(count, 1))
-        straight = (mean > -_ASTRAY * error) & (count > 0)
-        if not straight.any():
-            return level
-        first, last = int(np.argmax(straight)), _SLICES - 1 - int(np.argmax(straight[::-1]))
-        middle = (slices >= first) & (slices <= last)
-        if middle.all() or middle.sum() < len(points) // 3:
-            return level
-        now = level or fit
-        level = fit_cylinder(points[middle], now.point_mm, now.axis, now.radius_mm) or level
-    return level
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _row(patch: Patch, normals: FloatArray, chosen: IntArray, rough: Refined, far: float, row: FloatArray) -> bool:
+    """The same on the whole segment, with the surface that follows it; False where that surface is a prism's."""
+    fit = rough
+    if len(chosen) < len(patch.faces) and not rough.rms < 10.0 * EXACT:  # else more points would tell nothing
+        fit = refined(patch, normals, np.arange(len(patch.faces)), patch.areas, rough.cylinder, far)
+    if not fit.score > 0.0 or not fit.facet_rad > 0.0:
+        return False
+    cylinder = fit.cylinder
+    on: Lateral = lateral_surface(patch, normals, cylinder, tolerance(cylinder, fit.rms), fit.facet_rad, fit.rms)
+    if not on.area > 0.0 or bulges(patch, normals, fit, on.area):
+        return False
+    around = 0.0
+    for f in range(len(patch.faces)):
+        if abs(normals[f] @ cylinder[3:6]) < ACROSS:
+            around += patch.areas[f]
+    row[:8] = cylinder
+    row[8], row[9], row[10] = fit.rms, fit.radius_sigma, fit.axis_sigma_rad
+    row[11], row[12], row[13], row[14], row[15], row[16] = on.area, on.low, on.high, on.arc_rad, on.filled, on.three_finger
+    row[17], row[18] = around, fit.score
+    return True

@@ -7,10 +7,10 @@ import numpy as np
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
 from gripwright.geometry.adjacency import connected_labels
 from gripwright.geometry.consensus import sample_surface
+from gripwright.geometry.corners import corner_vertices
 from gripwright.geometry.facets import coplanar_patches
 from gripwright.geometry.measures import face_centres_mm
 from gripwright.geometry.quadrics import KINDS, Quadrics, closeness, fitted, propose
-from gripwright.geometry.surfaces import corner_vertices
 from gripwright_builtin.segmenters.surface import Surface
 
 SMOOTH_RAD = np.radians(42.0)

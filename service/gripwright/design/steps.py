@@ -280,8 +280,8 @@ STAGES: Mapping[str, Stage] = {
     for stage in (
         Stage(name="owned", function=_owned, uses=("hand",), plan_fields=("owned",)),
         Stage(name="prepare", function=_prepare, version=2),
-        Stage(name="segment", function=_segment, uses=("segmenter",), plan_fields=("seed",), version=4),
-        Stage(name="fit", function=_fit, uses=("fitter",), plan_fields=("seed",), version=3),
+        Stage(name="segment", function=_segment, uses=("segmenter",), plan_fields=("seed",), version=5),
+        Stage(name="fit", function=_fit, uses=("fitter",), plan_fields=("seed",), version=4),
         Stage(name="keep", function=_keep),
         Stage(name="grips", function=_grips, uses=("affordance", "rule"), plan_fields=("plan", "seed"), version=2),
         Stage(name="constraints", function=_constraints, uses=("hand", "planner"), plan_fields=("plan", *_GRASPING), version=2),

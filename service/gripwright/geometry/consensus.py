@@ -1,10 +1,9 @@
 """Consensus (RANSAC) on oriented surface samples: which cylinders explain a surface. Lengths in mm, scale-free."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from scipy.spatial import cKDTree
 
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray
 
@@ -15,7 +14,6 @@ _BAND = 0.01  # of the samples' size: distance at which a sample stops to count
 _BAND_OF_RADIUS = 0.08
 _NORMAL_COSINE = 0.75  # between a sample's normal and the radial direction
 _TILT = 0.35  # of a sample's normal along the axis
-_NEIGHBOURS = 24
 LARGEST_RADIUS = 5.0  # of the samples' size: less than 12° of arc cannot be told from a plane
 
 
@@ -80,15 +78,6 @@ def _voices(areas_mm2: FloatArray, directions: IntArray) -> FloatArray:
     rarity = 1.0 / np.bincount(directions)[directions]
     weight = areas_mm2 / areas_mm2.sum() + rarity / rarity.sum()
     return np.asarray(weight / weight.sum())
-
-
-def smoothed(samples: SurfaceSamples) -> SurfaceSamples:
-    """The samples with each normal averaged over its neighbours that differ by less than 60°: noise goes, edges stay."""
-    near = cKDTree(samples.points_mm).query(samples.points_mm, k=min(_NEIGHBOURS, len(samples.points_mm)))[1]  # (s, k)
-    alike = np.einsum("ij,ikj->ik", samples.normals, samples.normals[near]) > 0.5
-    total = np.einsum("ik,ikj->ij", alike * 1.0, samples.normals[near])
-    normals = total / np.linalg.norm(total, axis=1, keepdims=True)
-    return replace(samples, normals=normals, directions=_directions(normals))
 
 
 def propose_cylinders(samples: SurfaceSamples, rng: np.random.Generator) -> CylinderHypotheses:

@@ -5,9 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from gripwright.domain.shape import FloatArray, IntArray, Mesh
-from gripwright.geometry.facets import coplanar_patches
-from gripwright.geometry.frames import any_perpendicular
+from gripwright.domain.shape import FloatArray
 
 _ITERATIONS = 30
 _CONVERGED = 1e-10  # relative change of the sum of squares
@@ -67,8 +65,8 @@ def fit_cylinder(points_mm: FloatArray, point_mm: FloatArray, axis: FloatArray, 
     if spread <= 0:
         return None
     points = (points_mm - centroid) / spread  # (n, 3), of size 1
-    point, direction, radius, cost, normal = _least_squares(
-        points, (point_mm - centroid) / spread, axis / np.linalg.norm(axis), radius_mm / spread
+    point, direction, radius, cost, normal = least_squares_cylinder(
+        points, (point_mm - centroid) / spread, axis / np.linalg.norm(axis), radius_mm / spread, _ITERATIONS
     )
     if not radius > 0 or np.linalg.cond(normal) > _SINGULAR:
         return None
@@ -83,29 +81,42 @@ def fit_cylinder(points_mm: FloatArray, point_mm: FloatArray, axis: FloatArray, 
     )
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def _least_squares(
-    points: FloatArray, point: FloatArray, axis: FloatArray, radius: float
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def least_squares_cylinder(
+    points: FloatArray, point: FloatArray, axis: FloatArray, radius: float, iterations: int
 ) -> tuple[FloatArray, FloatArray, float, float, FloatArray]:
-    """Levenberg–Marquardt over two tilts of the axis, two shifts and the radius.
+    """Levenberg–Marquardt over two tilts of the axis, two shifts and the radius; compiled, to be called from compiled code.
 
-    Points (n, 3) around their centroid; returns the point of the axis nearest to it, axis, radius, sum of squares and JᵀJ.
+    Points (n, 3) of size about 1 around the origin; returns the point of the axis nearest to the origin, axis, radius,
+    sum of squares and JᵀJ.
     """
-    cost, normal, gradient, e1, e2 = _normal_equations(points, point, axis, radius)
+    point, axis = point.copy(), axis.copy()
+    new_point, new_axis = np.empty(3), np.empty(3)
+    normal, gradient, step, frame = np.empty((5, 5)), np.empty(5), np.empty(5), np.empty((2, 3))
+    new_normal, new_gradient, new_frame, factor = np.empty((5, 5)), np.empty(5), np.empty((2, 3)), np.empty((5, 5))
+    cost = _normal_equations(points, point, axis, radius, normal, gradient, frame)
     damping = 1e-3
-    for _ in range(_ITERATIONS):
-        damped = normal + np.diag(np.diag(normal)) * damping + np.eye(5) * (1e-15 * len(points))
-        step = np.linalg.solve(damped, gradient)
-        new_axis = axis + step[0] * e1 + step[1] * e2
-        new_axis /= np.sqrt((new_axis * new_axis).sum())
-        new_point = point + step[2] * e1 + step[3] * e2
-        new_point = new_point - new_axis * (new_point * new_axis).sum()
+    for _ in range(iterations):
+        _solve_damped(normal, gradient, damping, 1e-15 * len(points), factor, step)
+        length = 0.0
+        for k in range(3):
+            new_axis[k] = axis[k] + step[0] * frame[0, k] + step[1] * frame[1, k]
+            new_point[k] = point[k] + step[2] * frame[0, k] + step[3] * frame[1, k]
+            length += new_axis[k] * new_axis[k]
+        along = 0.0
+        for k in range(3):
+            new_axis[k] /= np.sqrt(length)
+            along += new_axis[k] * new_point[k]
+        for k in range(3):
+            new_point[k] -= along * new_axis[k]
         new_radius = radius + step[4]
-        trial = _normal_equations(points, new_point, new_axis, new_radius)
-        if trial[0] <= cost:
-            done = cost - trial[0] <= _CONVERGED * cost or trial[0] <= _CONVERGED**2 * len(points)
-            cost, normal, gradient, e1, e2 = trial
-            point, axis, radius = new_point, new_axis, new_radius
+        trial = _normal_equations(points, new_point, new_axis, new_radius, new_normal, new_gradient, new_frame)
+        if trial <= cost:
+            done = cost - trial <= _CONVERGED * cost or trial <= _CONVERGED**2 * len(points)
+            cost, radius = trial, new_radius
+            point, new_point, axis, new_axis = new_point, point, new_axis, axis
+            normal, new_normal, gradient, new_gradient = new_normal, normal, new_gradient, gradient
+            frame, new_frame = new_frame, frame
             damping = max(damping / 10.0, 1e-12)
             if done:
                 break
@@ -116,90 +127,95 @@ def _least_squares(
     return point, axis, radius, cost, normal
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def _normal_equations(
-    points: FloatArray, point: FloatArray, axis: FloatArray, radius: float
-) -> tuple[float, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Sum of squared distances, JᵀJ (5, 5), −Jᵀd (5,) and the two directions of tilt and shift."""
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _solve_damped(
+    normal: FloatArray, gradient: FloatArray, damping: float, least: float, factor: FloatArray, step: FloatArray
+) -> None:
+    """Cholesky on the normal matrix, its diagonal enlarged."""
+    for i in range(5):
+        for j in range(i + 1):
+            total = normal[i, j] + (normal[i, i] * damping + least if i == j else 0.0)
+            for k in range(j):
+                total -= factor[i, k] * factor[j, k]
+            factor[i, j] = np.sqrt(max(total, 1e-300)) if i == j else total / factor[j, j]
+    for i in range(5):
+        total = gradient[i]
+        for k in range(i):
+            total -= factor[i, k] * step[k]
+        step[i] = total / factor[i, i]
+    for i in range(4, -1, -1):
+        total = step[i]
+        for k in range(i + 1, 5):
+            total -= factor[k, i] * step[k]
+        step[i] = total / factor[i, i]
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def perpendiculars(axis: FloatArray, frame: FloatArray) -> None:
+    """Write two unit vectors across the axis and each other to `frame` (2, 3)."""
     least = 0
     for k in range(1, 3):
         if abs(axis[k]) < abs(axis[least]):
             least = k
-    e1 = -axis[least] * axis
-    e1[least] += 1.0
-    e1 /= np.sqrt((e1 * e1).sum())
-    e2 = np.cross(axis, e1)
-    normal, gradient, row, cost = np.zeros((5, 5)), np.zeros(5), np.empty(5), 0.0
-    row[4] = -1.0
+    length = 0.0
+    for k in range(3):
+        frame[0, k] = (1.0 if k == least else 0.0) - axis[least] * axis[k]
+        length += frame[0, k] * frame[0, k]
+    for k in range(3):
+        frame[0, k] /= np.sqrt(length)
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        frame[1, k] = axis[i] * frame[0, j] - axis[j] * frame[0, i]
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _normal_equations(
+    points: FloatArray,
+    point: FloatArray,
+    axis: FloatArray,
+    radius: float,
+    normal: FloatArray,
+    gradient: FloatArray,
+    frame: FloatArray,
+) -> float:
+    """The sum of squared distances; writes JᵀJ (5, 5), −Jᵀd (5,) and the two directions of tilt and shift (2, 3)."""
+    perpendiculars(axis, frame)
+    u, v, w, p = frame[0], frame[1], axis, point
+    cost = s00 = s01 = s02 = s03 = s04 = s11 = s12 = s13 = s14 = s22 = s23 = s24 = s33 = s34 = 0.0
+    g0 = g1 = g2 = g3 = g4 = 0.0
     for i in range(len(points)):
-        vx, vy, vz = points[i, 0] - point[0], points[i, 1] - point[1], points[i, 2] - point[2]
-        x = vx * e1[0] + vy * e1[1] + vz * e1[2]
-        y = vx * e2[0] + vy * e2[1] + vz * e2[2]
-        z = vx * axis[0] + vy * axis[1] + vz * axis[2]
+        dx, dy, dz = points[i, 0] - p[0], points[i, 1] - p[1], points[i, 2] - p[2]
+        x = dx * u[0] + dy * u[1] + dz * u[2]
+        y = dx * v[0] + dy * v[1] + dz * v[2]
+        z = dx * w[0] + dy * w[1] + dz * w[2]
         length = max(np.sqrt(x * x + y * y), 1e-300)
-        row[2], row[3] = -x / length, -y / length
-        row[0], row[1] = z * row[2], z * row[3]
-        distance = length - radius
-        cost += distance * distance
-        for a in range(5):
-            gradient[a] -= row[a] * distance
-            for b in range(a + 1):
-                normal[a, b] += row[a] * row[b]
+        c, s, d = x / length, y / length, length - radius
+        zc, zs = z * c, z * s
+        cost += d * d
+        s00 += zc * zc
+        s01 += zc * zs
+        s02 += zc * c
+        s03 += zc * s
+        s04 += zc
+        s11 += zs * zs
+        s12 += zs * c
+        s13 += zs * s
+        s14 += zs
+        s22 += c * c
+        s23 += c * s
+        s24 += c
+        s33 += s * s
+        s34 += s
+        g0 += zc * d
+        g1 += zs * d
+        g2 += c * d
+        g3 += s * d
+        g4 += d
+    upper = (s00, s01, s02, s03, s04, s11, s12, s13, s14, s22, s23, s24, s33, s34, float(len(points)))
+    at = 0
     for a in range(5):
-        for b in range(a):
-            normal[b, a] = normal[a, b]
-    return cost, normal, gradient, e1, e2
-
-
-def cylinder_from_curvature(points_mm: FloatArray) -> tuple[FloatArray, FloatArray, float] | None:
-    """Start (point, axis, radius) for an arc of less than a half turn, from the quadratic height field over its mean plane.
-
-    Robust (iteratively reweighted), independent of normals. None where the points are flat.
-    """
-    centroid = np.median(points_mm, axis=0)
-    plane = fit_plane(points_mm)
-    e1 = any_perpendicular(plane.normal)
-    e2 = np.cross(plane.normal, e1)
-    v = points_mm - centroid
-    size = float(np.abs(v).max())
-    x, y, z = v @ e1 / size, v @ e2 / size, v @ plane.normal / size
-    terms = np.stack([x * x / 2, x * y, y * y / 2, x, y, np.ones_like(x)], axis=1)  # (n, 6)
-    weight = np.ones_like(z)
-    for _ in range(8):
-        coefficients = np.linalg.lstsq(terms * weight[:, None], z * weight, rcond=None)[0]
-        residual = z - terms @ coefficients
-        scale = 1.4826 * float(np.median(np.abs(residual))) + 1e-9
-        weight = 1.0 / (1.0 + (residual / (2.0 * scale)) ** 2)
-    values, vectors = np.linalg.eigh(np.array([[coefficients[0], coefficients[1]], [coefficients[1], coefficients[2]]]))
-    bent = int(np.argmax(np.abs(values)))
-    curvature = float(values[bent])
-    if abs(curvature) < 1e-6:
-        return None
-    normal = plane.normal - coefficients[3] * e1 - coefficients[4] * e2
-    normal /= np.linalg.norm(normal)
-    axis = vectors[0, 1 - bent] * e1 + vectors[1, 1 - bent] * e2
-    axis -= normal * (axis @ normal)
-    radius = size / abs(curvature)
-    foot = centroid + plane.normal * coefficients[5] * size
-    return foot + normal * np.sign(curvature) * radius, axis / np.linalg.norm(axis), radius
-
-
-def corner_vertices(mesh: Mesh, vertices: IntArray) -> IntArray:
-    """Those of the given vertices that are corners of the planar patches they lie on, ascending.
-
-    A tessellated curved surface has its corners on the true surface; vertices put inside its facets or along their edges
-    (by refinement, say) lie on chords and would bias a fit.
-    """
-    wanted = np.zeros(len(mesh.vertices_mm), dtype=bool)
-    wanted[vertices] = True
-    star = np.flatnonzero(wanted[mesh.faces].any(axis=1))  # every face around a wanted vertex
-    patches = coplanar_patches(mesh, star)
-    corners = mesh.vertices_mm[mesh.faces[star]]  # (s, 3, 3)
-    ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    angles = np.arctan2(np.linalg.norm(np.cross(ahead, behind), axis=2), (ahead * behind).sum(axis=2))  # (s, 3)
-    key = (patches[:, None] * len(mesh.vertices_mm) + mesh.faces[star]).ravel()
-    unique, inverse = np.unique(key, return_inverse=True)
-    total = np.bincount(inverse, angles.ravel())
-    is_corner = np.zeros(len(mesh.vertices_mm), dtype=bool)
-    is_corner[unique[total < np.pi - 0.02] % len(mesh.vertices_mm)] = True
-    return np.flatnonzero(is_corner & wanted)
+        for b in range(a, 5):
+            normal[a, b] = normal[b, a] = upper[at]
+            at += 1
+    gradient[0], gradient[1], gradient[2], gradient[3], gradient[4] = g0, g1, g2, g3, g4
+    return cost
