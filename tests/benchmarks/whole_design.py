@@ -18,6 +18,7 @@ class Run:
     """One run of the command."""
 
     seconds: float
+    cpu_seconds: float  # of all its processes, as far as seen; tells what others on the machine do not
     peak_mb: float  # proportional share of all its processes together
 
 
@@ -35,26 +36,30 @@ def design(package: Path, data: Path, out: Path, settings: Sequence[str] = ()) -
     seconds = time.perf_counter() - start
     if process.returncode not in OK:
         raise RuntimeError(errors.decode())
-    return Run(seconds=round(seconds, 2), peak_mb=round(peak.stop(), 1))
+    most_mb, cpu_s = peak.stop()
+    return Run(seconds=round(seconds, 2), cpu_seconds=round(cpu_s, 2), peak_mb=round(most_mb, 1))
 
 
 class _Peak:
     """Watches a process and its descendants."""
 
     def __init__(self, pid: int) -> None:
-        self._pid, self._most_mb, self._done = pid, 0.0, threading.Event()
+        self._pid, self._done = pid, threading.Event()
+        self._most_mb = self._cpu_s = 0.0
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._thread.start()
 
-    def stop(self) -> float:
-        """The largest sum seen, MB."""
+    def stop(self) -> tuple[float, float]:
+        """The largest sums seen: MB, and seconds of CPU."""
         self._done.set()
         self._thread.join()
-        return self._most_mb
+        return self._most_mb, self._cpu_s
 
     def _watch(self) -> None:
         while not self._done.wait(_EVERY_S):
-            self._most_mb = max(self._most_mb, sum(map(_share_mb, _family(self._pid))))
+            family = _family(self._pid)
+            self._most_mb = max(self._most_mb, sum(map(_share_mb, family)))
+            self._cpu_s = max(self._cpu_s, sum(map(_cpu_s, family)))
 
 
 def _family(root: int) -> list[int]:
@@ -78,3 +83,12 @@ def _share_mb(pid: int) -> float:
     except OSError:
         return 0.0
     return sum(int(line.split()[1]) for line in lines if line.startswith("Pss:")) / 1024.0
+
+
+def _cpu_s(pid: int) -> float:
+    """What the process and those of its children that it saw end have used."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from gripwright.design.plan import Plan
-from gripwright.design.records import RecordTypes, dumps, loads, record_types
+from gripwright.design.records import OwnTypes, RecordTypes, dumps, loads, record_types
 from gripwright.design.runner import Ref
-from gripwright.design.toolbox import PluginVersion, record_classes
+from gripwright.design.toolbox import PluginVersion
 from gripwright.domain.errors import GripwrightError, PluginFailure
 from gripwright.jobs.child import ChildFailure, Limits, Progress, run_in_child
 from gripwright.jobs.engine import StepFailure
@@ -27,7 +27,7 @@ from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.steps import StepStore
 
 if TYPE_CHECKING:
-    from gripwright.design.steps import Stage
+    from gripwright.design.stage_table import Stage
 
 log = logging.getLogger(__name__)
 
@@ -78,7 +78,7 @@ class Workshop:
 
     def get(self, ref: Ref) -> Any:
         """A stored value of the domain's own types; those of plug-ins are not loaded in this process."""
-        return _stored(self.steps, ref, record_types(record_classes()))
+        return _stored(self.steps, ref, OwnTypes())
 
 
 class StepCall(TypedDict):
