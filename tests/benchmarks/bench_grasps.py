@@ -144,7 +144,7 @@ def plan_and_check(part: Part, toolbox: Toolbox) -> int:
         for need in needs:
             for planner in toolbox.planners[PARALLEL_2]:
                 planned = planner.plan(part.held.component, item.segment, need, hand, RunContext())
-                count += len([check.rough(grasp, TIPS_MM) for grasp in planned])
+                count += len(list(check.roughs(planned, TIPS_MM)))
     return count
 
 
@@ -204,7 +204,10 @@ def poses() -> Iterator[dict[str, Any]]:
 def hand_hits(scene: Scene, parts: list[tuple[FloatArray, FloatArray]], places: FloatArray) -> list[bool]:
     """Whether any part of the hand touches the scene, for each place of the hand."""
     shapes = [(ConvexShape(vertices), X) for vertices, X in parts]
-    return [any(scene.first_hit(shape, place @ X) is not None for shape, X in shapes) for place in places]
+    hit = np.zeros(len(places), dtype=bool)
+    for shape, X in shapes:
+        hit[~hit] = scene.first_hits(shape, places[~hit] @ X) >= 0
+    return hit.tolist()
 
 
 def alone(standing: Scene) -> OperationScene:

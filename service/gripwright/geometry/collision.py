@@ -10,14 +10,17 @@ import fcl
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from gripwright.domain.shape import FloatArray, Mesh
+from gripwright.domain.shape import FloatArray, IntArray, Mesh
 from gripwright.geometry.solids import is_box
 
 _REQUEST = fcl.CollisionRequest()
 
 
 class ConvexShape:
-    """The convex hull of some points as an FCL geometry, with its bounding box for quick rejection."""
+    """The convex hull of some points as an FCL geometry, with its bounding box for quick rejection.
+
+    `offset`: where its frame has the origin of the FCL geometry; None: in its own origin.
+    """
 
     def __init__(self, vertices: FloatArray) -> None:
         self.vertices = vertices
@@ -26,15 +29,15 @@ class ConvexShape:
         self.half: FloatArray = (high - low) / 2.0
         if is_box(vertices):
             self._geometry = fcl.Box(*(high - low))
-            self._offset: FloatArray | None = self.centre
+            self.offset: FloatArray | None = self.centre
         else:
             self._geometry = _convex_geometry(vertices)
-            self._offset = None
+            self.offset = None
         self._object = fcl.CollisionObject(self._geometry)
 
     def placed(self, X: FloatArray) -> fcl.CollisionObject:
         """The FCL object at a pose; the same object each time."""
-        translation = X[:3, 3] if self._offset is None else X[:3, :3] @ self._offset + X[:3, 3]
+        translation = X[:3, 3] if self.offset is None else X[:3, :3] @ self.offset + X[:3, 3]
         self._object.setTransform(fcl.Transform(X[:3, :3], translation))
         return self._object
 
@@ -108,6 +111,27 @@ class Scene:
             if fcl.collide(solid, self._objects[i], _REQUEST, fcl.CollisionResult()):
                 return self.names[i]
         return None
+
+    def first_hits(self, shape: ConvexShape, X: FloatArray) -> IntArray:
+        """For each pose (n, 4, 4) of the solid the index in `names` of a mesh whose surface it touches, or −1, (n,)."""
+        found = np.full(len(X), -1)
+        if not len(self) or not len(X):
+            return found
+        centre = X[:, :3, :3] @ shape.centre + X[:, :3, 3]  # (n, 3)
+        half = np.abs(X[:, :3, :3]) @ shape.half
+        near = np.ones((len(X), len(self)), dtype=bool)
+        for k in range(3):  # one axis at a time: no (n, s, 3) array
+            near &= self.low[:, k] <= (centre + half)[:, k, None]
+            near &= self.high[:, k] >= (centre - half)[:, k, None]
+        solid, rows = shape.placed(np.eye(4)), np.flatnonzero(near.any(axis=1))
+        origins = X[rows, :3, 3] if shape.offset is None else X[rows, :3, :3] @ shape.offset + X[rows, :3, 3]
+        for row, rotation, origin in zip(rows.tolist(), X[rows, :3, :3], origins, strict=True):
+            solid.setTransform(fcl.Transform(rotation, origin))
+            for i in np.flatnonzero(near[row]).tolist():
+                if fcl.collide(solid, self._objects[i], _REQUEST, fcl.CollisionResult()):
+                    found[row] = i
+                    break
+        return found
 
     def distance(self, shape: ConvexShape, X: FloatArray, limit: float = np.inf) -> tuple[float, str | None]:
         """Least distance of the solid to any surface and that mesh's name; 0 where they touch; `limit`, None beyond it."""
