@@ -110,14 +110,23 @@ class HandCheck:
         return result, None
 
     def length_max(self, grasp: Grasp, finger_length_min_mm: float) -> float:
-        """L⁺ ≥ L⁻ from the stems' own collision, by bisection; inf where `LENGTH_LIMIT_MM` is still free."""
-        if self.seated(grasp, LENGTH_LIMIT_MM) is None:
+        """L⁺ ≥ L⁻ from the stems' own collision, by bisection; inf where `LENGTH_LIMIT_MM` is still free.
+
+        Of a grasp that is free (`seated`) with L⁻: what does not depend on the length is not asked again.
+        """
+        if self._stems_free(grasp, LENGTH_LIMIT_MM):
             return float("inf")
         low, high = finger_length_min_mm, LENGTH_LIMIT_MM
         while high - low > self.resolution_mm:
             middle = (low + high) / 2.0
-            low, high = (middle, high) if self.seated(grasp, middle) is None else (low, middle)
+            low, high = (middle, high) if self._stems_free(grasp, middle) else (low, middle)
         return low
+
+    def _stems_free(self, grasp: Grasp, length_mm: float) -> bool:
+        among = _Candidates([grasp], self._hand)
+        self._closed_attached(among, length_mm, ENTER_MM)
+        self._along_motion(among, length_mm)
+        return among.misses[0] is None
 
     def gap(self, grasp: Grasp, finger_length_mm: float, limit_mm: float) -> float:
         """Least distance of the closed fingers to the standing scene at some poses of the motion, at most `limit_mm`."""

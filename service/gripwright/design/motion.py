@@ -179,6 +179,8 @@ class Sweeps:
     def _hits_on_step(self, k: int, scene: Scene, vertices: FloatArray, margin_mm: float, X_PB: FloatArray) -> IntArray:
         """Of a stretch of one step: poses from which the step is the same in the solid's frame share a sweep."""
         placed = self._way[k].poses[:, None] @ X_PB  # (2, n, 4, 4)
+        if len(X_PB) == 1:
+            return scene.first_hits(self._swept(k, vertices, margin_mm, placed[:, 0], 0, 1), placed[0])
         moves = np.round(inverse(placed[0]) @ placed[1], 5).reshape(-1, 16)
         found = np.full(len(X_PB), -1)
         _, group = np.unique(moves, axis=0, return_inverse=True)

@@ -5,6 +5,7 @@ FCL takes meshes as surfaces: a solid wholly inside a mesh is "free". Whoever ne
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import fcl
 import numpy as np
@@ -55,16 +56,21 @@ def _convex_geometry(vertices: FloatArray) -> fcl.Convex:
 
 
 class MeshSurface:
-    """A mesh's bounding volume hierarchy, built once; place it as often as needed."""
+    """A mesh's bounding volume hierarchy, built once, when it is first needed; place it as often as needed."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.mesh = mesh
-        self.geometry = fcl.BVHModel()
-        self.geometry.beginModel(len(mesh.vertices_mm), len(mesh.faces))
-        self.geometry.addSubModel(mesh.vertices_mm, mesh.faces)
-        self.geometry.endModel()
         low, high = mesh.vertices_mm.min(axis=0), mesh.vertices_mm.max(axis=0)
         self.bounds: tuple[FloatArray, FloatArray] = ((low + high) / 2.0, (high - low) / 2.0)  # centre, half extents
+
+    @cached_property
+    def geometry(self) -> fcl.BVHModel:
+        """The hierarchy: most of what stands far away is never asked about."""
+        model = fcl.BVHModel()
+        model.beginModel(len(self.mesh.vertices_mm), len(self.mesh.faces))
+        model.addSubModel(self.mesh.vertices_mm, self.mesh.faces)
+        model.endModel()
+        return model
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,9 +88,7 @@ class Scene:
     def __init__(self, surfaces: Sequence[PlacedSurface]) -> None:
         self.names = tuple(item.name for item in surfaces)
         self._items = tuple(surfaces)
-        self._objects = [
-            fcl.CollisionObject(item.surface.geometry, fcl.Transform(item.X[:3, :3], item.X[:3, 3])) for item in surfaces
-        ]
+        self._objects = _PlacedObjects(self._items)
         corners = [item.surface.mesh.vertices_mm @ item.X[:3, :3].T + item.X[:3, 3] for item in surfaces]
         self.low = np.array([points.min(axis=0) for points in corners]).reshape(-1, 3)  # (s, 3)
         self.high = np.array([points.max(axis=0) for points in corners]).reshape(-1, 3)
@@ -172,6 +176,20 @@ class Scene:
             if abs(winding_number(item.surface.mesh, local)) > 0.5:
                 return item.name
         return None
+
+
+class _PlacedObjects:
+    """The FCL object of each surface, made when it is first asked for."""
+
+    def __init__(self, items: Sequence[PlacedSurface]) -> None:
+        self._items = items
+        self._made: dict[int, fcl.CollisionObject] = {}
+
+    def __getitem__(self, i: int) -> fcl.CollisionObject:
+        if i not in self._made:
+            item = self._items[i]
+            self._made[i] = fcl.CollisionObject(item.surface.geometry, fcl.Transform(item.X[:3, :3], item.X[:3, 3]))
+        return self._made[i]
 
 
 def winding_number(mesh: Mesh, point: FloatArray) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 
 from gripwright.design.toolbox import record_classes
 from gripwright.domain.shape import Mesh
+from gripwright.geometry.clipping import near_box
 from gripwright.geometry.facets import coplanar_patches
 from gripwright.geometry.refine import refine
 from gripwright.jobs.installed import installed_registry
@@ -23,6 +24,7 @@ def _rehearse() -> None:
     )
     coplanar_patches(tetrahedron, np.arange(4))
     refine(tetrahedron, 1.0)
+    near_box(tetrahedron.vertices_mm, np.ones(4), np.eye(4), np.zeros(3), np.ones(3))
 
 
 # A service manager that stops everything at once must not make a running step look crashed: the worker decides.
