@@ -1,5 +1,6 @@
 """Imported by the server that children are forked from, and by nothing else: everything heavy, once."""
 
+import gc
 import signal
 
 import numpy as np
@@ -35,3 +36,5 @@ for stage in load_stages(STAGES_AT).values():
     stage.function  # noqa: B018 - imports the calculation
 record_classes()
 _rehearse()
+gc.collect()
+gc.freeze()  # what is here stays: else each child's collector looks through all of it, and copies the memory to do so

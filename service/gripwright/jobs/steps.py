@@ -7,6 +7,7 @@ import logging
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
@@ -180,7 +181,8 @@ def _compute(argument: dict[str, Any], progress: Progress) -> None:
     if any(toolbox.versions.get(name) != version for name, version in call["versions"].items()):
         raise StepFailure("plug-ins were changed while the design ran: retry it", stage=call["stage"])
     stage = load_stages(argument["stages_at"])[call["stage"]]
-    inputs = _with_values(call["inputs"], store, record_types(toolbox.record_classes))
+    types = record_types(toolbox.record_classes)
+    inputs = _with_values(call["inputs"], cache(lambda ref: _stored(store, ref, types)))
     seen = {field: getattr(plan, name) for name, field in _CONTEXT_FIELDS.items() if name in stage.plan_fields}
     try:
         value = stage.function(inputs, _declared(plan, stage), toolbox, RunContext(progress=progress, **seen))
@@ -207,14 +209,14 @@ def _declared(plan: Plan, stage: "Stage") -> Plan:
     return seen
 
 
-def _with_values(node: Any, store: StepStore, types: RecordTypes) -> Any:
+def _with_values(node: Any, value_of: Callable[[Ref], Any]) -> Any:
     """The inputs of a call, stored results in place of their refs."""
     if isinstance(node, Mapping):
         if set(node) == {"ref"}:
-            return _stored(store, node["ref"], types)
-        return {name: _with_values(item, store, types) for name, item in node.items()}
+            return value_of(node["ref"])
+        return {name: _with_values(item, value_of) for name, item in node.items()}
     if isinstance(node, list | tuple):
-        return [_with_values(item, store, types) for item in node]
+        return [_with_values(item, value_of) for item in node]
     return node
 
 
