@@ -10,7 +10,7 @@ from pathlib import Path
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """As `gripwright.design.steps.Stage`, whose module takes seconds to import."""
+    """As `gripwright.design.stage_table.Stage`, with the function itself."""
 
     name: str
     function: Callable

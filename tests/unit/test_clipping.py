@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from gripwright.domain.shape import FloatArray
-from gripwright.geometry.clipping import clip_to_box, clip_triangles, longest_run
+from gripwright.geometry.clipping import clip_to_box, clip_triangles, longest_run, near_box
 
 
 def areas(triangles: FloatArray) -> FloatArray:
@@ -49,3 +50,19 @@ def test_nothing_is_left_outside_the_box() -> None:
 )
 def test_the_longest_run_joins_what_touches(intervals: list[tuple[float, float]], length: float) -> None:
     assert longest_run(np.array(intervals, dtype=float).reshape(-1, 2)) == pytest.approx(length)
+
+
+def test_balls_near_a_placed_box_are_found_and_no_others() -> None:
+    rng = np.random.default_rng(4)
+    centres, reach = rng.uniform(-10.0, 10.0, (500, 3)), rng.uniform(0.0, 1.0, 500)
+    X = np.eye(4)
+    X[:3, :3] = Rotation.from_euler("xyz", [0.3, -1.0, 2.0]).as_matrix()
+    X[:3, 3] = 1.0, 2.0, -1.0
+    low, high = np.array([-3.0, -np.inf, -2.0]), np.array([4.0, 5.0, np.inf])
+
+    found = near_box(centres, reach, X, low, high)
+
+    placed = centres @ X[:3, :3].T + X[:3, 3]
+    expected = ((placed >= low - reach[:, None]) & (placed <= high + reach[:, None])).all(axis=1)
+    assert found.tolist() == np.flatnonzero(expected).tolist()
+    assert 0 < len(found) < 500

@@ -112,3 +112,27 @@ def test_a_dilated_solid_holds_all_points_within_the_margin() -> None:
         direction = rng.normal(size=3)
         corner = prism[rng.integers(len(prism))] + 0.499 * direction / np.linalg.norm(direction)
         assert scene.first_hit(grown, at(*-corner)) == "it"
+
+
+@pytest.mark.parametrize("solid", [CUBE, prism_vertices(1.0, -2.0, 1.0)], ids=["box", "prism"])
+def test_many_poses_of_a_solid_are_answered_as_each_by_itself(solid: FloatArray) -> None:
+    scene = Scene(
+        [
+            PlacedSurface(name=name, surface=MeshSurface(block(3.0)), X=at(x))
+            for name, x in (("left", -3.0), ("right", 3.0), ("far", 90.0))
+        ]
+    )
+    rng = np.random.default_rng(5)
+    poses = np.tile(np.eye(4), (300, 1, 1))
+    poses[:, :3, :3] = Rotation.random(300, random_state=5).as_matrix()
+    poses[:, :3, 3] = rng.uniform(-7.0, 7.0, (300, 3))
+    shape = ConvexShape(solid)
+
+    together = [None if hit < 0 else scene.names[hit] for hit in scene.first_hits(shape, poses)]
+
+    assert together == [scene.first_hit(shape, X) for X in poses]
+    assert set(together) == {None, "left", "right"}
+
+
+def test_nothing_is_hit_where_nothing_stands() -> None:
+    assert Scene([]).first_hits(ConvexShape(CUBE), np.eye(4)[None]).tolist() == [-1]

@@ -149,3 +149,18 @@ def test_the_answer_moves_with_the_scene() -> None:
     other = HandCheck(there, HAND).length_min(grasp(), np.array([40.0]), 3.0)[0]
 
     assert one == pytest.approx(other, abs=0.01)
+
+
+def test_grasps_checked_together_miss_as_each_by_itself() -> None:
+    walls = scene(block((18.0, -3.0, 30.0), (25.0, 3.0, 45.0)), block((-40.0, 8.0, 0.0), (40.0, 14.0, 60.0)))
+    grasps = [
+        grasp(depth=depth, width=width, across=across)
+        for depth in (-2.0, 3.0, 12.0)
+        for width in (12.0, 19.0, 20.2, 30.0)
+        for across in (-9.0, 0.0, 4.0)
+    ]
+
+    together = list(HandCheck(walls, HAND).roughs(grasps, 3.0))
+
+    assert together == [HandCheck(walls, HAND).rough(one, 3.0) for one in grasps]
+    assert {None if miss is None else miss.stage for miss in together} >= {None, 0, 2}

@@ -84,3 +84,21 @@ def test_sampled_poses_are_rigid_and_begin_and_end_with_the_motion() -> None:
     assert all(is_rigid(place) for place in poses)
     assert poses[0] == pytest.approx(motion[0])
     assert poses[-1] == pytest.approx(motion[-1])
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+def test_many_solids_are_swept_as_each_by_itself(motion: FloatArray) -> None:
+    stands = Scene(
+        [
+            PlacedSurface(name=name, surface=MeshSurface(box_mesh((6.0, 6.0, 6.0))), X=pose(x=x, z=z))
+            for name, x, z in (("low", 12.0, -20.0), ("high", -30.0, 40.0))
+        ]
+    )
+    rng = np.random.default_rng(2)
+    poses = np.array([pose(rng.choice([0.0, 30.0, 200.0]), z=rng.uniform(-25, 25), x=rng.uniform(-25, 25)) for _ in range(60)])
+
+    together = [None if hit < 0 else stands.names[hit] for hit in Sweeps(motion).first_hits(stands, FINGER, 0.1, poses)]
+
+    assert together == [Sweeps(motion).first_hit(stands, FINGER, 0.1, X) for X in poses]
+    assert None in together
+    assert len(set(together)) > 1

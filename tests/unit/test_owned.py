@@ -16,7 +16,7 @@ from gripwright.design.impact import change_impact
 from gripwright.design.owned import actuators_of, owned_grippers, specifications
 from gripwright.design.plan import Plan, plan_of
 from gripwright.design.result import DesignResult
-from gripwright.design.steps import STAGES
+from gripwright.design.stage_table import STAGES
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import AssemblyTask, Component, Operation
 from gripwright.domain.errors import InvalidPlan

@@ -1,10 +1,12 @@
 import json
+import subprocess
+import sys
 import zlib
 
 import numpy as np
 import pytest
 
-from gripwright.design.records import dumps, loads, record_types
+from gripwright.design.records import OwnTypes, dumps, loads, record_types
 from gripwright.design.toolbox import record_classes
 from gripwright.domain.errors import Rejection
 from gripwright.domain.shape import Cylinder, Mesh
@@ -66,3 +68,32 @@ def test_a_record_builds_nothing_but_known_dataclasses() -> None:
 def test_what_no_record_can_hold_is_refused_when_it_is_written() -> None:
     with pytest.raises(TypeError, match="set"):
         dumps({"a": {1, 2}})
+
+
+def test_the_domains_own_types_are_found_by_their_names_alone() -> None:
+    assert {name: OwnTypes()[name] for name in TYPES} == dict(TYPES)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "os:system",
+        "subprocess:Popen",
+        "gripwright.design.records:dumps",
+        "gripwright.design.records:Mapping",
+        "gripwright.design.none:X",
+    ],
+)
+def test_a_name_of_anything_else_is_no_type(name: str) -> None:
+    with pytest.raises(KeyError):
+        OwnTypes()[name]
+
+
+def test_stages_can_be_named_without_the_calculation() -> None:
+    program = (
+        "import sys; from gripwright.jobs.stages import STAGES; print(*(set(sys.modules) & {'scipy', 'numba', 'OCP', 'fcl'}))"
+    )
+
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+
+    assert loaded.stdout.split() == []

@@ -67,13 +67,14 @@ class FacetPairPlanner:
         for turn in self._turns(overlap):
             along = np.array([np.cos(turn), np.sin(turn)])  # approach in (u, v)
             across = np.array([-along[1], along[0]])
+            approach = along[0] * u + along[1] * v
+            y = np.cross(approach, x)
             for rank, offset, tips in self._strips(overlap, along, across, width, contact):
                 place = along * tips + across * offset
-                approach = along[0] * u + along[1] * v
                 yield (
                     rank,
                     Grasp(
-                        X_CG=pose(x, np.cross(approach, x), approach, middle * x + place[0] * u + place[1] * v),
+                        X_CG=pose(x, y, approach, middle * x + place[0] * u + place[1] * v),
                         gripper_type=requirement.gripper_type,
                         grip=requirement.grip,
                         opening_width_mm=opening,
@@ -99,8 +100,8 @@ class FacetPairPlanner:
         reach = max(0.0, (high - low - width) / 2.0)
         aside = np.unique(np.round(np.append(np.linspace(-reach, reach, count), 0.0), 6))
         middles = (low + high) / 2.0 + aside
-        for offset in np.unique(np.round(np.append(middles, np.clip(centre, low, high)), 3)):
-            begin, end = _strip_range(overlap, along, across, float(offset), width)
+        offsets = np.unique(np.round(np.append(middles, np.clip(centre, low, high)), 3))
+        for offset, (begin, end) in zip(offsets, _strip_ranges(overlap, along, across, offsets, width), strict=True):
             length = end - begin
             if length <= 0.0:
                 continue
@@ -132,14 +133,16 @@ def _outline(mesh: Mesh, facet: Facet, u: FloatArray, v: FloatArray) -> shapely.
     return outline if shapely.is_valid(outline) else shapely.make_valid(outline)
 
 
-def _strip_range(
-    overlap: shapely.Geometry, along: FloatArray, across: FloatArray, offset: float, width: float
-) -> tuple[float, float]:
-    """Where the overlap begins and ends along the approach within the finger's strip; (0, 0) where it misses it."""
+def _strip_ranges(
+    overlap: shapely.Geometry, along: FloatArray, across: FloatArray, offsets: FloatArray, width: float
+) -> FloatArray:
+    """Where the overlap begins and ends along the approach within strips of the finger's width; (0, 0) where one misses it."""
     far = 1e6
-    sides = [(-far, offset - width / 2.0), (far, offset - width / 2.0), (far, offset + width / 2.0), (-far, offset + width / 2.0)]
-    strip = shapely.polygons([a * along + b * across for a, b in sides])
-    part = np.asarray(shapely.get_coordinates(shapely.intersection(overlap, strip)))
-    if len(part) == 0:
-        return 0.0, 0.0
-    return float((part @ along).min()), float((part @ along).max())
+    sides = np.stack([offsets - width / 2.0, offsets + width / 2.0], axis=1)[:, [0, 0, 1, 1], None]  # (k, 4, 1)
+    corners = far * np.array([-1.0, 1.0, 1.0, -1.0])[:, None] * along + sides * across  # (k, 4, 2)
+    points, strip = shapely.get_coordinates(shapely.intersection(overlap, shapely.polygons(corners)), return_index=True)
+    level = points @ along
+    result = np.zeros((len(offsets), 2))
+    for k in np.unique(strip):
+        result[k] = level[strip == k].min(), level[strip == k].max()
+    return result

@@ -14,7 +14,7 @@ from gripwright.domain.affordance import Forbidden
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import Grasp
 from gripwright.domain.shape import BoolArray, FloatArray, Mesh
-from gripwright.geometry.clipping import clip_to_box, longest_run
+from gripwright.geometry.clipping import clip_to_box, longest_run, near_box
 from gripwright.geometry.frames import inverse, transform
 from gripwright.plugin_api import HandModel
 
@@ -159,10 +159,9 @@ def _within(region: Forbidden, triangles_C: FloatArray) -> bool:
 def _part(surface: Surface, X_CF: FloatArray, low: FloatArray, high: FloatArray, chosen: BoolArray | None = None) -> FloatArray:
     """The component's triangles within low ≤ p ≤ high of the finger frame, (k, 3, 3)."""
     X_FC = inverse(X_CF)
-    ids = np.arange(len(surface.centres)) if chosen is None else np.flatnonzero(chosen)
-    centres = transform(X_FC, surface.centres[ids])  # (k, 3)
-    reach = surface.reach[ids, None]
-    near = ids[((centres >= low - reach) & (centres <= high + reach)).all(axis=1)]
+    near = near_box(surface.centres, surface.reach, X_FC, low, high)
+    if chosen is not None:
+        near = near[chosen[near]]
     if not len(near):
         return np.empty((0, 3, 3))
     return clip_to_box(transform(X_FC, surface.triangles[near]), low, high)

@@ -5,15 +5,18 @@ Along z, from the tips back: stems (0 .. −L), bases of the fingers, jaws, body
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gripwright.design.catalogue import actuator_envelope_mm, opening_reference_mm
 from gripwright.domain.gripper import Actuator, Gripper, JawInterface
 from gripwright.domain.shape import FloatArray, Mesh
-from gripwright.geometry import brep
 from gripwright.geometry.frames import transform
 from gripwright.plugin_api.contracts import HandModel
+
+if TYPE_CHECKING:  # the CAD kernel takes most of a second, and whoever reads measures from a record needs none
+    from gripwright.geometry import brep
 
 _GUIDE_MM = 5.0  # depth of the guides along z
 _HOUSING_MIN_MM = 10.0  # length of the actuator behind its jaws, at least
@@ -75,11 +78,13 @@ def jaw_of(actuator: Actuator) -> JawInterface:
     return next(whole, STANDARD_JAWS[-1])
 
 
-def body_shape(gripper: Gripper, hand: HandModel, measures: BodyMeasures, jaw: JawInterface) -> brep.Shape:
+def body_shape(gripper: Gripper, hand: HandModel, measures: BodyMeasures, jaw: JawInterface) -> "brep.Shape":
     """Actuator and jaws as one exact solid that stands still: each jaw fills what it sweeps over the opening range.
 
     Guides join the jaws to a body narrower than their travel. Jaws and guides keep to the palm envelope.
     """
+    from gripwright.geometry import brep
+
     swept = (jaw_radius_mm(gripper, gripper.opening_min_mm), jaw_radius_mm(gripper, gripper.opening_max_mm) + jaw.depth_mm)
     front, back = measures.front_mm, measures.front_mm - jaw.height_mm
     shape = _actuator(gripper, measures, jaw)
@@ -94,6 +99,8 @@ def gripper_parts(
     gripper: Gripper, hand: HandModel, finger: Mesh, measures: BodyMeasures, jaw: JawInterface, opening_width_mm: float
 ) -> list[GripperPart]:
     """The gripper at one opening, part by part: actuator, jaws, fingers."""
+    from gripwright.geometry import brep
+
     radius = jaw_radius_mm(gripper, opening_width_mm)
     front, back = measures.front_mm, measures.front_mm - jaw.height_mm
     poses = hand.finger_poses(opening_width_mm)
@@ -117,7 +124,9 @@ def reach_mm(mesh: Mesh, axis_x_mm: float = 0.0) -> float:
     return float(np.linalg.norm(mesh.vertices_mm[:, :2] - [axis_x_mm, 0.0], axis=1).max())
 
 
-def _actuator(gripper: Gripper, measures: BodyMeasures, jaw: JawInterface) -> brep.Shape:
+def _actuator(gripper: Gripper, measures: BodyMeasures, jaw: JawInterface) -> "brep.Shape":
+    from gripwright.geometry import brep
+
     front = measures.front_mm - jaw.height_mm
     back = min(measures.front_mm - measures.length_mm, front - _HOUSING_MIN_MM)
     if gripper.fingers != 2:
@@ -126,8 +135,10 @@ def _actuator(gripper: Gripper, measures: BodyMeasures, jaw: JawInterface) -> br
     return brep.box((-x, -y, back), (x, y, front))
 
 
-def _bar(X_GF: FloatArray, radii_mm: Sequence[float], width_mm: float, z_min_mm: float, z_max_mm: float) -> brep.Shape:
+def _bar(X_GF: FloatArray, radii_mm: Sequence[float], width_mm: float, z_min_mm: float, z_max_mm: float) -> "brep.Shape":
     """A bar along the x axis of a finger's pose, between two distances from the gripper's axis."""
+    from gripwright.geometry import brep
+
     along, across = X_GF[:2, 0], X_GF[:2, 1] * width_mm / 2.0
     inner, outer = along * radii_mm[0], along * radii_mm[1]
     return brep.prism_z(np.array([inner - across, outer - across, outer + across, inner + across]), z_min_mm, z_max_mm)

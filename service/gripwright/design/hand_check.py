@@ -6,13 +6,14 @@ Every volume is convex, neighbours overlap, and the way out leads beyond the sce
 inside a solid either. FCL's answer about surfaces is therefore an answer about solids.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from gripwright.design.motion import Sweeps, sampled
 from gripwright.domain.grasp import EXTERNAL, Grasp
-from gripwright.domain.shape import FloatArray
+from gripwright.domain.shape import FloatArray, IntArray
 from gripwright.geometry.collision import ConvexShape, Scene
 from gripwright.geometry.solids import dilated, swept
 from gripwright.plugin_api import HandModel
@@ -20,8 +21,9 @@ from gripwright.plugin_api import HandModel
 BEHIND_MM = 300.0  # actuator, tool changer and wrist: nothing may come nearer to the palm's back
 LENGTH_LIMIT_MM = 250.0  # longer fingers are not considered
 _BISECT_MM, _BISECT_TURNING_MM = 0.008, 0.5  # where the motion turns, each length has sweeps of its own
-_ENTER_MM = 0.004  # the closed finger's gripping surface is drawn back by this against the component that it touches
-_ROUGH_MM = 0.3  # before the grasp is seated
+ENTER_MM = 0.004  # the closed finger's gripping surface is drawn back by this against the component that it touches
+ROUGH_MM = 0.3  # before the grasp is seated
+_TOGETHER = 256  # grasps that are reckoned together
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,24 +67,29 @@ class HandCheck:
         self._start, self._end = scene.motion[0], scene.motion[-1]
         self._glances = sampled(scene.motion[[0, -1]], 4)[:0:-1]  # from the end, where things are close
         self._fingers: dict[tuple[str, float], list[FloatArray]] = {}
+        self._palms: dict[float, list[tuple[FloatArray, ConvexShape]]] = {}
 
     def rough(self, grasp: Grasp, tips_mm: float) -> Miss | None:
         """Why the open hand cannot leave, or the tips (`tips_mm` long) cannot close: before the grasp is seated."""
-        return (
-            self._leave_attached(grasp)
-            or self._closed_attached(grasp, tips_mm, _ROUGH_MM)
-            or self._leave_standing(grasp)
-            or self._along_motion(grasp, tips_mm)
-        )
+        return self._misses([grasp], tips_mm, ROUGH_MM)[0]
+
+    def roughs(self, grasps: Sequence[Grasp], tips_mm: float) -> Iterator[Miss | None]:
+        """As `rough` for each of many grasps of one grip, reckoned together as they are asked for."""
+        for start in range(0, len(grasps), _TOGETHER):
+            yield from self._misses(grasps[start : start + _TOGETHER], tips_mm, ROUGH_MM)
 
     def seated(self, grasp: Grasp, finger_length_mm: float) -> Miss | None:
         """Why the seated grasp is not free with stems of that length (the palm aside)."""
-        return (
-            self._leave_attached(grasp)
-            or self._closed_attached(grasp, finger_length_mm, _ENTER_MM)
-            or self._leave_standing(grasp)
-            or self._along_motion(grasp, finger_length_mm)
-        )
+        return self._misses([grasp], finger_length_mm, ENTER_MM)[0]
+
+    def _misses(self, grasps: Sequence[Grasp], length_mm: float, draw_back_mm: float) -> list[Miss | None]:
+        """For each grasp the first thing that its fingers hit, or None."""
+        among = _Candidates(grasps, self._hand)
+        self._leave_attached(among)
+        self._closed_attached(among, length_mm, draw_back_mm)
+        self._leave_standing(among)
+        self._along_motion(among, length_mm)
+        return among.misses
 
     def length_min(self, grasp: Grasp, envelopes_mm: FloatArray, tips_mm: float) -> tuple[FloatArray, Miss | None]:
         """L⁻ for each palm envelope (ascending), by bisection of the palm's level; inf where no length helps."""
@@ -103,14 +110,23 @@ class HandCheck:
         return result, None
 
     def length_max(self, grasp: Grasp, finger_length_min_mm: float) -> float:
-        """L⁺ ≥ L⁻ from the stems' own collision, by bisection; inf where `LENGTH_LIMIT_MM` is still free."""
-        if self.seated(grasp, LENGTH_LIMIT_MM) is None:
+        """L⁺ ≥ L⁻ from the stems' own collision, by bisection; inf where `LENGTH_LIMIT_MM` is still free.
+
+        Of a grasp that is free (`seated`) with L⁻: what does not depend on the length is not asked again.
+        """
+        if self._stems_free(grasp, LENGTH_LIMIT_MM):
             return float("inf")
         low, high = finger_length_min_mm, LENGTH_LIMIT_MM
         while high - low > self.resolution_mm:
             middle = (low + high) / 2.0
-            low, high = (middle, high) if self.seated(grasp, middle) is None else (low, middle)
+            low, high = (middle, high) if self._stems_free(grasp, middle) else (low, middle)
         return low
+
+    def _stems_free(self, grasp: Grasp, length_mm: float) -> bool:
+        among = _Candidates([grasp], self._hand)
+        self._closed_attached(among, length_mm, ENTER_MM)
+        self._along_motion(among, length_mm)
+        return among.misses[0] is None
 
     def gap(self, grasp: Grasp, finger_length_mm: float, limit_mm: float) -> float:
         """Least distance of the closed fingers to the standing scene at some poses of the motion, at most `limit_mm`."""
@@ -126,6 +142,16 @@ class HandCheck:
         """What the palm of that envelope hits behind fingers of that length, or None."""
         return _PalmCheck(self, grasp, envelope_mm).hit(finger_length_mm)
 
+    def palm_solids(self, envelope_mm: float) -> list[tuple[FloatArray, ConvexShape]]:
+        """The palm's solids at L = 0 with the margin around them, each with the shape of its way out."""
+        if envelope_mm not in self._palms:
+            depth = BEHIND_MM + LENGTH_LIMIT_MM  # so that what is free at one length is free at every greater one
+            palm = self._hand.palm(0.0, envelope_mm, depth)
+            solids = [dilated(solid.vertices_mm, self._scene.margin_mm) for solid in palm]
+            back = np.array([0.0, 0.0, -self._far])
+            self._palms[envelope_mm] = [(vertices, ConvexShape(swept(vertices, back))) for vertices in solids]
+        return self._palms[envelope_mm]
+
     # --- volumes -------------------------------------------------------------------------------------------------------
 
     def _out(self, grasp: Grasp) -> float:
@@ -139,55 +165,70 @@ class HandCheck:
             self._fingers[key] = [solid.vertices_mm for solid in self._hand.finger(length_mm, grasp.grip)]
         return self._fingers[key]
 
-    def _leave_attached(self, grasp: Grasp) -> Miss | None:
-        clearance = self._scene.release_clearance_mm
-        for number, X_GF in enumerate(self._hand.finger_poses(grasp.opening_width_mm), start=1):
-            for vertices in self._finger(grasp, self._far):
-                moved = vertices + np.array([self._out(grasp), 0.0, 0.0])
-                grown = dilated(moved, min(self._scene.margin_mm, abs(self._out(grasp)) * 0.8))
-                if clearance == 0.0:
-                    grown = _drawn_back(grown, _ROUGH_MM, grasp)
-                hit = self._scene.attached.first_hit(self._cached(grown), grasp.X_CG @ X_GF)
-                if hit is not None:
-                    return Miss(stage=0, code="collision", detail=f"open finger {number} cannot reach the surface past {hit}")
-        return None
+    def _leave_attached(self, among: "_Candidates") -> None:
+        out, attached = self._out(among.grasp), self._scene.attached
+        for number, vertices in among.each_finger(self._finger(among.grasp, self._far)):
+            grown = dilated(vertices + np.array([out, 0.0, 0.0]), min(self._scene.margin_mm, abs(out) * 0.8))
+            if self._scene.release_clearance_mm == 0.0:
+                grown = drawn_back(grown, ROUGH_MM, among.grasp)
+            hits = attached.first_hits(self._cached(grown), among.X_CF(number))
+            among.drop(hits, attached.names, 0, f"open finger {number} cannot reach the surface past {{}}")
 
-    def _closed_attached(self, grasp: Grasp, length_mm: float, draw_back_mm: float) -> Miss | None:
-        for number, X_GF in enumerate(self._hand.finger_poses(grasp.opening_width_mm), start=1):
-            for vertices in self._finger(grasp, length_mm):
-                opened = swept(vertices, np.array([self._out(grasp), 0.0, 0.0]))
-                hit = self._scene.attached.first_hit(self._cached(_drawn_back(opened, draw_back_mm, grasp)), grasp.X_CG @ X_GF)
-                if hit is not None:
-                    return Miss(stage=1, code="collision", detail=f"finger {number} would enter {hit} while it closes")
-        return None
+    def _closed_attached(self, among: "_Candidates", length_mm: float, draw_back_mm: float) -> None:
+        attached = self._scene.attached
+        for number, vertices in among.each_finger(self._finger(among.grasp, length_mm)):
+            opened = drawn_back(swept(vertices, np.array([self._out(among.grasp), 0.0, 0.0])), draw_back_mm, among.grasp)
+            hits = attached.first_hits(self._cached(opened), among.X_CF(number))
+            among.drop(hits, attached.names, 1, f"finger {number} would enter {{}} while it closes")
 
-    def _leave_standing(self, grasp: Grasp) -> Miss | None:
+    def _leave_standing(self, among: "_Candidates") -> None:
+        standing = self._scene.standing
         for place, words in ((self._end, "after the operation"), (self._start, "before the operation")):
-            X_PG = place @ self._scene.X_PC @ grasp.X_CG
-            for number, X_GF in enumerate(self._hand.finger_poses(grasp.opening_width_mm), start=1):
-                for vertices in self._finger(grasp, self._far):
-                    opened = dilated(vertices + np.array([self._out(grasp), 0.0, 0.0]), self._scene.margin_mm)
-                    hit = self._scene.standing.first_hit(self._cached(opened), X_PG @ X_GF)
-                    if hit is not None:
-                        return Miss(stage=2, code="collision", detail=f"open finger {number} hits {hit} {words}")
-        return None
+            for number, vertices in among.each_finger(self._finger(among.grasp, self._far)):
+                opened = dilated(vertices + np.array([self._out(among.grasp), 0.0, 0.0]), self._scene.margin_mm)
+                hits = standing.first_hits(self._cached(opened), place @ self._scene.X_PC @ among.X_CF(number))
+                among.drop(hits, standing.names, 2, f"open finger {number} hits {{}} {words}")
 
-    def _along_motion(self, grasp: Grasp, length_mm: float) -> Miss | None:
-        margin = self._scene.margin_mm
-        for number, X_GF in enumerate(self._hand.finger_poses(grasp.opening_width_mm), start=1):
-            for vertices in self._finger(grasp, length_mm):
-                opened = dilated(swept(vertices, np.array([self._out(grasp), 0.0, 0.0])), margin)
-                for place, words in ((self._end, "while it opens"), (self._start, "while it closes")):
-                    hit = self._scene.standing.first_hit(self._cached(opened), place @ self._scene.X_PC @ grasp.X_CG @ X_GF)
-                    if hit is not None:
-                        return Miss(stage=3, code="collision", detail=f"finger {number} hits {hit} {words}")
-                hit = self._sweeps.first_hit(self._scene.standing, vertices, margin, self._scene.X_PC @ grasp.X_CG @ X_GF)
-                if hit is not None:
-                    return Miss(stage=3, code="collision", detail=f"finger {number} hits {hit} on the way")
-        return None
+    def _along_motion(self, among: "_Candidates", length_mm: float) -> None:
+        margin, standing = self._scene.margin_mm, self._scene.standing
+        for number, vertices in among.each_finger(self._finger(among.grasp, length_mm)):
+            opened = dilated(swept(vertices, np.array([self._out(among.grasp), 0.0, 0.0])), margin)
+            for place, words in ((self._end, "while it opens"), (self._start, "while it closes")):
+                hits = standing.first_hits(self._cached(opened), place @ self._scene.X_PC @ among.X_CF(number))
+                among.drop(hits, standing.names, 3, f"finger {number} hits {{}} {words}")
+            hits = self._sweeps.first_hits(standing, vertices, margin, self._scene.X_PC @ among.X_CF(number))
+            among.drop(hits, standing.names, 3, f"finger {number} hits {{}} on the way")
 
     def _cached(self, vertices: FloatArray) -> ConvexShape:
         return self._sweeps.still(vertices)
+
+
+class _Candidates:
+    """Grasps of one grip, those among them that nothing has been found against, and what was found against the others."""
+
+    def __init__(self, grasps: Sequence[Grasp], hand: HandModel) -> None:
+        self.grasp = grasps[0]
+        self.misses: list[Miss | None] = [None] * len(grasps)
+        self._left = np.arange(len(grasps))
+        fingers = {width: hand.finger_poses(width) for width in {grasp.opening_width_mm for grasp in grasps}}
+        self._X_CF = np.array([grasp.X_CG @ fingers[grasp.opening_width_mm] for grasp in grasps])  # (n, fingers, 4, 4)
+
+    def each_finger(self, solids: Sequence[FloatArray]) -> Iterator[tuple[int, FloatArray]]:
+        """(number of the finger from 1 on, solid), as long as a grasp is left."""
+        for number in range(1, self._X_CF.shape[1] + 1):
+            for vertices in solids:
+                if len(self._left):
+                    yield number, vertices
+
+    def X_CF(self, number: int) -> FloatArray:
+        """Poses (k, 4, 4) of that finger of the grasps that are left."""
+        return np.asarray(self._X_CF[self._left, number - 1])
+
+    def drop(self, hits: IntArray, names: Sequence[str], stage: int, words: str) -> None:
+        """Note what the grasps that are left hit (−1: nothing); `words` has {} for its name."""
+        for row, hit in zip(self._left[hits >= 0].tolist(), hits[hits >= 0].tolist(), strict=True):
+            self.misses[row] = Miss(stage=stage, code="collision", detail=words.format(names[hit]))
+        self._left = self._left[hits < 0]
 
 
 class _PalmCheck:
@@ -195,9 +236,7 @@ class _PalmCheck:
 
     def __init__(self, check: HandCheck, grasp: Grasp, envelope_mm: float) -> None:
         self._check, self._grasp = check, grasp
-        depth = BEHIND_MM + LENGTH_LIMIT_MM  # so that what is free at one length is free at every greater one
-        palm = check._hand.palm(0.0, envelope_mm, depth)
-        self._solids = [dilated(solid.vertices_mm, check._scene.margin_mm) for solid in palm]
+        self._solids = check.palm_solids(envelope_mm)
 
     def least_length(self, low_mm: float) -> tuple[float, Miss | None]:
         """The least finger length at which the palm is free, or what it hits however long the fingers are."""
@@ -219,8 +258,7 @@ class _PalmCheck:
         back = np.eye(4)
         back[2, 3] = -length_mm
         X_CG = self._grasp.X_CG @ back
-        for vertices in self._solids:
-            out = check._sweeps.still(swept(vertices, np.array([0.0, 0.0, -check._far])))
+        for vertices, out in self._solids:
             hit = scene.attached.first_hit(out, X_CG)
             for place in (check._end, check._start):
                 hit = hit or scene.standing.first_hit(out, place @ scene.X_PC @ X_CG)
@@ -230,7 +268,7 @@ class _PalmCheck:
         return None
 
 
-def _drawn_back(vertices: FloatArray, by_mm: float, grasp: Grasp) -> FloatArray:
+def drawn_back(vertices: FloatArray, by_mm: float, grasp: Grasp) -> FloatArray:
     """The finger without the layer next to its gripping surface."""
     if grasp.grip == EXTERNAL:
         return np.maximum(vertices, [by_mm, -np.inf, -np.inf])

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gripwright.domain.shape import FloatArray
+from gripwright.domain.shape import FloatArray, IntArray
 from gripwright.geometry.collision import ConvexShape, Scene
 from gripwright.geometry.frames import inverse
 from gripwright.geometry.solids import dilated, swept
@@ -162,6 +162,34 @@ class Sweeps:
             if hit is not None:
                 return hit
         return None
+
+    def first_hits(self, scene: Scene, vertices: FloatArray, margin_mm: float, X_PB: FloatArray) -> IntArray:
+        """As `first_hit` for many solids alike at poses (n, 4, 4): indices in the scene's names, −1 where none is hit, (n,)."""
+        found = np.full(len(X_PB), -1)
+        for k in range(len(self._way) - 1, -1, -1):
+            left = np.flatnonzero(found < 0)
+            if self._uniform[k] and len(self._way[k].poses) == 2:
+                found[left] = self._hits_on_step(k, scene, vertices, margin_mm, X_PB[left])
+                continue
+            for row in left.tolist():
+                hit = self._hit_on(k, scene, vertices, margin_mm, X_PB[row])
+                found[row] = -1 if hit is None else scene.names.index(hit)
+        return found
+
+    def _hits_on_step(self, k: int, scene: Scene, vertices: FloatArray, margin_mm: float, X_PB: FloatArray) -> IntArray:
+        """Of a stretch of one step: poses from which the step is the same in the solid's frame share a sweep."""
+        placed = self._way[k].poses[:, None] @ X_PB  # (2, n, 4, 4)
+        if len(X_PB) == 1:
+            return scene.first_hits(self._swept(k, vertices, margin_mm, placed[:, 0], 0, 1), placed[0])
+        moves = np.round(inverse(placed[0]) @ placed[1], 5).reshape(-1, 16)
+        found = np.full(len(X_PB), -1)
+        _, group = np.unique(moves, axis=0, return_inverse=True)
+        group = group.reshape(-1)
+        for number in range(int(group.max(initial=-1)) + 1):
+            rows = np.flatnonzero(group == number)
+            shape = self._swept(k, vertices, margin_mm, placed[:, rows[0]], 0, 1)
+            found[rows] = scene.first_hits(shape, placed[0, rows])
+        return found
 
     def _hit_on(self, k: int, scene: Scene, vertices: FloatArray, margin_mm: float, X_PB: FloatArray) -> str | None:
         placed = self._way[k].poses @ X_PB  # (n, 4, 4)

@@ -187,9 +187,12 @@ def _corners(one: PlacedComponent, faces: BoolArray) -> FloatArray:
 
 def _contact(active: Sequence[PlacedComponent], passive: Sequence[PlacedComponent]) -> _Contact | None:
     """Where the active surface meets the passive one; None where it does not."""
-    here, there = _soup(active), _soup(passive)
-    low = np.maximum(here.min(axis=(0, 1)), there.min(axis=(0, 1))) - _NEAR_MM
-    high = np.minimum(here.max(axis=(0, 1)), there.max(axis=(0, 1))) + _NEAR_MM
+    here = _soup(active)
+    extents = np.array([_extent(one) for one in passive])  # (s, 2, 3)
+    low = np.maximum(here.min(axis=(0, 1)), extents[:, 0].min(axis=0)) - _NEAR_MM
+    high = np.minimum(here.max(axis=(0, 1)), extents[:, 1].max(axis=0)) + _NEAR_MM
+    beside_it = ((extents[:, 1] >= low) & (extents[:, 0] <= high)).all(axis=1)
+    there = _soup([one for one, near in zip(passive, beside_it, strict=True) if near])
     rng = np.random.default_rng(0)
     points, normals, area = _samples(here, low, high, rng)
     others, other_normals, other_area = _samples(there, low, high, rng)
@@ -211,7 +214,13 @@ def _contact(active: Sequence[PlacedComponent], passive: Sequence[PlacedComponen
 
 
 def _soup(components: Sequence[PlacedComponent]) -> FloatArray:
-    return np.concatenate([transform(one.X_PC, one.mesh.triangles_mm) for one in components])
+    return np.concatenate([np.empty((0, 3, 3)), *(transform(one.X_PC, one.mesh.triangles_mm) for one in components)])
+
+
+def _extent(one: PlacedComponent) -> FloatArray:
+    """Lower and upper corner of its bounding box, (2, 3)."""
+    points = transform(one.X_PC, one.mesh.vertices_mm)
+    return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
 def _samples(

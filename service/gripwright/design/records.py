@@ -2,6 +2,7 @@
 
 import base64
 import dataclasses
+import importlib
 import json
 import math
 import zlib
@@ -22,6 +23,23 @@ def type_name(cls: type) -> str:
 def record_types(classes: Iterable[type]) -> RecordTypes:
     """The dataclasses that `loads` may build."""
     return MappingProxyType({type_name(cls): cls for cls in classes})
+
+
+class OwnTypes(dict[str, type]):
+    """Every dataclass of the domain and of the design by its name in records; a module is imported when a record names it."""
+
+    def __missing__(self, name: str) -> type:
+        module, _, qualified = name.partition(":")
+        if not module.startswith(("gripwright.domain.", "gripwright.design.")):
+            raise KeyError(name)
+        try:
+            cls = getattr(importlib.import_module(module), qualified)
+        except (ImportError, AttributeError):
+            raise KeyError(name) from None
+        if not isinstance(cls, type) or not dataclasses.is_dataclass(cls) or cls.__module__ != module:
+            raise KeyError(name)
+        self[name] = cls
+        return cls
 
 
 def dumps(value: Any) -> bytes:
@@ -75,7 +93,9 @@ def _decode(node: Any, types: RecordTypes) -> Any:
         case "$dict":
             return {_decode(key, types): _decode(item, types) for key, item in body}
         case "$type":
-            if body not in types:
-                raise ValueError(f"a record names the type {body}, which is not known here")
-            return types[body](**{name: _decode(item, types) for name, item in node["fields"].items()})
+            try:
+                cls = types[body]
+            except KeyError:
+                raise ValueError(f"a record names the type {body}, which is not known here") from None
+            return cls(**{name: _decode(item, types) for name, item in node["fields"].items()})
     raise ValueError(f"a record has the unknown tag {tag}")

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -49,10 +50,10 @@ def operation_scene(
 ) -> OperationScene:
     """The scene of an operation in which `held` is gripped and the other active components ride along."""
     X_CP = inverse(held.component.X_PC)
-    attached = [PlacedSurface(name=held.component.id, surface=MeshSurface(held.solid), X=np.eye(4))]
+    attached = [PlacedSurface(name=held.component.id, surface=_surface(held.solid), X=np.eye(4))]
     attached += [_placed(body, X_CP @ body.component.X_PC) for body in others]
     standing = [_placed(body, body.component.X_PC) for body in passive]
-    standing += [PlacedSurface(name=item.id, surface=MeshSurface(item.mesh), X=item.X_PE) for item in obstacles]
+    standing += [PlacedSurface(name=item.id, surface=_surface(item.mesh), X=item.X_PE) for item in obstacles]
     return OperationScene(
         attached=Scene(attached),
         standing=Scene(standing),
@@ -90,4 +91,10 @@ def held_component(
 
 
 def _placed(body: Body, X: FloatArray) -> PlacedSurface:
-    return PlacedSurface(name=body.component.id, surface=MeshSurface(body.solid), X=X)
+    return PlacedSurface(name=body.component.id, surface=_surface(body.solid), X=X)
+
+
+@lru_cache(maxsize=1024)
+def _surface(mesh: Mesh) -> MeshSurface:
+    """One hierarchy for one and the same mesh, in however many operations it stands around."""
+    return MeshSurface(mesh)

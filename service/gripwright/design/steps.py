@@ -1,8 +1,7 @@
-"""The stages as steps that can be run anywhere: from values to values. Which step follows which is in `pipeline`."""
+"""The stages as steps that can be run anywhere: from values to values. Their keys are made of what `stage_table` says of them."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from gripwright.design.overlap import deepest_overlap
 from gripwright.design.owned import owned_grippers
 from gripwright.design.plan import Plan
 from gripwright.design.result import DesignParts, DesignResult, design_result
+from gripwright.design.stage_table import StepFunction
 from gripwright.design.stages import affordance, constraints, fingers, rules, select, verify
 from gripwright.design.stages.fit import fit
 from gripwright.design.stages.keep import keep
@@ -28,19 +28,6 @@ from gripwright.domain.grasp import EXTERNAL, GripRequirement, OperationVerdict,
 from gripwright.domain.gripper import Actuator, Gripper
 from gripwright.domain.shape import Analysis, FloatArray, Mesh
 from gripwright.plugin_api import RunContext
-
-StepFunction = Callable[[Mapping[str, Any], Plan, Toolbox, RunContext], Any]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Stage:
-    """A step: what it computes, and what besides its inputs its result depends on (plug-ins by kind, fields of the plan)."""
-
-    name: str
-    function: StepFunction
-    uses: tuple[str, ...] = ()
-    plan_fields: tuple[str, ...] = ()
-    version: int = 1
 
 
 def _owned(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> tuple[Gripper, ...]:
@@ -274,25 +261,17 @@ def _result(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCon
     return design_result(DesignParts(**inputs), plan, toolbox.versions)
 
 
-_GRASPING = ("min_contact", "margin", "release_clearance", "contact_tolerance", "seed")
-STAGES: Mapping[str, Stage] = {
-    stage.name: stage
-    for stage in (
-        Stage(name="owned", function=_owned, uses=("hand",), plan_fields=("owned",)),
-        Stage(name="prepare", function=_prepare, version=2),
-        Stage(name="segment", function=_segment, uses=("segmenter",), plan_fields=("seed",), version=5),
-        Stage(name="fit", function=_fit, uses=("fitter",), plan_fields=("seed",), version=4),
-        Stage(name="keep", function=_keep),
-        Stage(name="grips", function=_grips, uses=("affordance", "rule"), plan_fields=("plan", "seed"), version=2),
-        Stage(name="constraints", function=_constraints, uses=("hand", "planner"), plan_fields=("plan", *_GRASPING), version=2),
-        Stage(
-            name="select",
-            function=_select,
-            uses=("optimizer", "hand"),
-            plan_fields=("plan", "release_clearance", "finger_length_step", "safety_factor", "seed"),
-        ),
-        Stage(name="fingers", function=_fingers, uses=("finger", "hand"), plan_fields=("safety_factor", "seed"), version=2),
-        Stage(name="verify", function=_verify, uses=("hand",), plan_fields=_GRASPING),
-        Stage(name="result", function=_result, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=3),
-    )
+FUNCTIONS: Mapping[str, StepFunction] = {
+    "owned": _owned,
+    "prepare": _prepare,
+    "segment": _segment,
+    "fit": _fit,
+    "keep": _keep,
+    "grips": _grips,
+    "constraints": _constraints,
+    "select": _select,
+    "fingers": _fingers,
+    "verify": _verify,
+    "result": _result,
 }
+"""What each stage of `stage_table` computes."""

@@ -5,6 +5,7 @@ import importlib
 import pkgutil
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import TypedDict
 
 import gripwright.design
@@ -45,6 +46,7 @@ class Toolbox:
     record_classes: tuple[type, ...]  # dataclasses that a stored result may hold
 
 
+@cache
 def record_classes() -> tuple[type, ...]:
     """Every dataclass of the domain and of the design, for `records.record_types`."""
     modules = [

@@ -1,8 +1,9 @@
 """Exact clipping of triangle soups by half-spaces and boxes."""
 
 import numpy as np
+from numba import njit
 
-from gripwright.domain.shape import FloatArray
+from gripwright.domain.shape import FloatArray, IntArray
 
 
 def clip_triangles(triangles: FloatArray, normal: FloatArray, offset: float) -> FloatArray:
@@ -44,6 +45,27 @@ def clip_to_box(triangles: FloatArray, low: FloatArray, high: FloatArray) -> Flo
         if np.isfinite(low[axis]):
             result = clip_triangles(result, -direction, -float(low[axis]))
     return result
+
+
+def near_box(centres: FloatArray, reach: FloatArray, X: FloatArray, low: FloatArray, high: FloatArray) -> IntArray:
+    """Indices of balls (centres (m, 3), radii (m,)) that may meet low ≤ p ≤ high once they are placed at X (4, 4)."""
+    return np.asarray(_near_box(centres, reach, np.ascontiguousarray(X), low, high))
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _near_box(centres: FloatArray, reach: FloatArray, X: FloatArray, low: FloatArray, high: FloatArray) -> IntArray:
+    found = np.empty(len(centres), dtype=np.int64)
+    count = 0
+    for i in range(len(centres)):
+        r = reach[i]
+        for k in range(3):
+            level = X[k, 0] * centres[i, 0] + X[k, 1] * centres[i, 1] + X[k, 2] * centres[i, 2] + X[k, 3]
+            if level < low[k] - r or level > high[k] + r:
+                break
+        else:
+            found[count] = i
+            count += 1
+    return found[:count].copy()
 
 
 def longest_run(intervals: FloatArray, join: float = 1e-6) -> float:

@@ -5,19 +5,23 @@ FCL takes meshes as surfaces: a solid wholly inside a mesh is "free". Whoever ne
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import fcl
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from gripwright.domain.shape import FloatArray, Mesh
+from gripwright.domain.shape import FloatArray, IntArray, Mesh
 from gripwright.geometry.solids import is_box
 
 _REQUEST = fcl.CollisionRequest()
 
 
 class ConvexShape:
-    """The convex hull of some points as an FCL geometry, with its bounding box for quick rejection."""
+    """The convex hull of some points as an FCL geometry, with its bounding box for quick rejection.
+
+    `offset`: where its frame has the origin of the FCL geometry; None: in its own origin.
+    """
 
     def __init__(self, vertices: FloatArray) -> None:
         self.vertices = vertices
@@ -26,15 +30,15 @@ class ConvexShape:
         self.half: FloatArray = (high - low) / 2.0
         if is_box(vertices):
             self._geometry = fcl.Box(*(high - low))
-            self._offset: FloatArray | None = self.centre
+            self.offset: FloatArray | None = self.centre
         else:
             self._geometry = _convex_geometry(vertices)
-            self._offset = None
+            self.offset = None
         self._object = fcl.CollisionObject(self._geometry)
 
     def placed(self, X: FloatArray) -> fcl.CollisionObject:
         """The FCL object at a pose; the same object each time."""
-        translation = X[:3, 3] if self._offset is None else X[:3, :3] @ self._offset + X[:3, 3]
+        translation = X[:3, 3] if self.offset is None else X[:3, :3] @ self.offset + X[:3, 3]
         self._object.setTransform(fcl.Transform(X[:3, :3], translation))
         return self._object
 
@@ -52,16 +56,21 @@ def _convex_geometry(vertices: FloatArray) -> fcl.Convex:
 
 
 class MeshSurface:
-    """A mesh's bounding volume hierarchy, built once; place it as often as needed."""
+    """A mesh's bounding volume hierarchy, built once, when it is first needed; place it as often as needed."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.mesh = mesh
-        self.geometry = fcl.BVHModel()
-        self.geometry.beginModel(len(mesh.vertices_mm), len(mesh.faces))
-        self.geometry.addSubModel(mesh.vertices_mm, mesh.faces)
-        self.geometry.endModel()
         low, high = mesh.vertices_mm.min(axis=0), mesh.vertices_mm.max(axis=0)
         self.bounds: tuple[FloatArray, FloatArray] = ((low + high) / 2.0, (high - low) / 2.0)  # centre, half extents
+
+    @cached_property
+    def geometry(self) -> fcl.BVHModel:
+        """The hierarchy: most of what stands far away is never asked about."""
+        model = fcl.BVHModel()
+        model.beginModel(len(self.mesh.vertices_mm), len(self.mesh.faces))
+        model.addSubModel(self.mesh.vertices_mm, self.mesh.faces)
+        model.endModel()
+        return model
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -79,9 +88,7 @@ class Scene:
     def __init__(self, surfaces: Sequence[PlacedSurface]) -> None:
         self.names = tuple(item.name for item in surfaces)
         self._items = tuple(surfaces)
-        self._objects = [
-            fcl.CollisionObject(item.surface.geometry, fcl.Transform(item.X[:3, :3], item.X[:3, 3])) for item in surfaces
-        ]
+        self._objects = _PlacedObjects(self._items)
         corners = [item.surface.mesh.vertices_mm @ item.X[:3, :3].T + item.X[:3, 3] for item in surfaces]
         self.low = np.array([points.min(axis=0) for points in corners]).reshape(-1, 3)  # (s, 3)
         self.high = np.array([points.max(axis=0) for points in corners]).reshape(-1, 3)
@@ -108,6 +115,27 @@ class Scene:
             if fcl.collide(solid, self._objects[i], _REQUEST, fcl.CollisionResult()):
                 return self.names[i]
         return None
+
+    def first_hits(self, shape: ConvexShape, X: FloatArray) -> IntArray:
+        """For each pose (n, 4, 4) of the solid the index in `names` of a mesh whose surface it touches, or −1, (n,)."""
+        found = np.full(len(X), -1)
+        if not len(self) or not len(X):
+            return found
+        centre = X[:, :3, :3] @ shape.centre + X[:, :3, 3]  # (n, 3)
+        half = np.abs(X[:, :3, :3]) @ shape.half
+        near = np.ones((len(X), len(self)), dtype=bool)
+        for k in range(3):  # one axis at a time: no (n, s, 3) array
+            near &= self.low[:, k] <= (centre + half)[:, k, None]
+            near &= self.high[:, k] >= (centre - half)[:, k, None]
+        solid, rows = shape.placed(np.eye(4)), np.flatnonzero(near.any(axis=1))
+        origins = X[rows, :3, 3] if shape.offset is None else X[rows, :3, :3] @ shape.offset + X[rows, :3, 3]
+        for row, rotation, origin in zip(rows.tolist(), X[rows, :3, :3], origins, strict=True):
+            solid.setTransform(fcl.Transform(rotation, origin))
+            for i in np.flatnonzero(near[row]).tolist():
+                if fcl.collide(solid, self._objects[i], _REQUEST, fcl.CollisionResult()):
+                    found[row] = i
+                    break
+        return found
 
     def distance(self, shape: ConvexShape, X: FloatArray, limit: float = np.inf) -> tuple[float, str | None]:
         """Least distance of the solid to any surface and that mesh's name; 0 where they touch; `limit`, None beyond it."""
@@ -148,6 +176,20 @@ class Scene:
             if abs(winding_number(item.surface.mesh, local)) > 0.5:
                 return item.name
         return None
+
+
+class _PlacedObjects:
+    """The FCL object of each surface, made when it is first asked for."""
+
+    def __init__(self, items: Sequence[PlacedSurface]) -> None:
+        self._items = items
+        self._made: dict[int, fcl.CollisionObject] = {}
+
+    def __getitem__(self, i: int) -> fcl.CollisionObject:
+        if i not in self._made:
+            item = self._items[i]
+            self._made[i] = fcl.CollisionObject(item.surface.geometry, fcl.Transform(item.X[:3, :3], item.X[:3, 3]))
+        return self._made[i]
 
 
 def winding_number(mesh: Mesh, point: FloatArray) -> float:

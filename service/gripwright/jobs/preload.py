@@ -1,13 +1,40 @@
 """Imported by the server that children are forked from, and by nothing else: everything heavy, once."""
 
+import gc
 import signal
 
+import numpy as np
+
+from gripwright.design.toolbox import record_classes
+from gripwright.domain.shape import Mesh
+from gripwright.geometry.clipping import near_box
+from gripwright.geometry.facets import coplanar_patches
+from gripwright.geometry.refine import refine
 from gripwright.jobs.installed import installed_registry
 from gripwright.jobs.steps import STAGES_AT, load_stages
 from gripwright.settings import load_settings
+
+
+def _rehearse() -> None:
+    """Call what is compiled once: numba takes a quarter of a second to get ready, which each child would spend again.
+
+    Nothing that starts threads, which a fork would not take along.
+    """
+    tetrahedron = Mesh(
+        vertices_mm=np.vstack([np.zeros(3), np.eye(3)]), faces=np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+    )
+    coplanar_patches(tetrahedron, np.arange(4))
+    refine(tetrahedron, 1.0)
+    near_box(tetrahedron.vertices_mm, np.ones(4), np.eye(4), np.zeros(3), np.ones(3))
+
 
 # A service manager that stops everything at once must not make a running step look crashed: the worker decides.
 signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
 installed_registry(load_settings().plugins_allow)
-load_stages(STAGES_AT)
+for stage in load_stages(STAGES_AT).values():
+    stage.function  # noqa: B018 - imports the calculation
+record_classes()
+_rehearse()
+gc.collect()
+gc.freeze()  # what is here stays: else each child's collector looks through all of it, and copies the memory to do so

@@ -2,69 +2,26 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
 
-from gripwright.design.hierarchy import joins
-from gripwright.design.plan import Plan
-from gripwright.design.result import segment_shape
-from gripwright.design.scenes import Body
-from gripwright.design.sequence_proposal import propose_sequence
-from gripwright.design.steps import STAGES as DESIGN_STAGES
-from gripwright.design.steps import Stage
-from gripwright.design.toolbox import Toolbox
-from gripwright.domain.assembly import Operation
-from gripwright.domain.errors import Rejection
-from gripwright.domain.shape import Analysis
-from gripwright.plugin_api import RunContext
-from gripwright.report.folder import design_folder
+from gripwright.design.stage_table import STAGES as DESIGN_STAGES
+from gripwright.design.stage_table import Stage
 
-
-def export(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> dict[str, bytes]:
-    """The files of the design folder by their paths."""
-    del plan, ctx
-    return design_folder(inputs["result"], toolbox.hands)
-
-
-def describe_analysis(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> dict[str, Any]:
-    """An analysis as JSON: `hierarchy` joins segments to coarser ones, `labels` is the segment of each face of the file."""
-    del plan, toolbox, ctx
-    analysis: Analysis = inputs["analysis"]
-    return {
-        "segmenter": analysis.segmenter,
-        "faces": len(analysis.source_labels),
-        "segments": [{**segment_shape(item, analysis), "fits": list(item.fits)} for item in analysis.segments],
-        "hierarchy": [
-            {"id": join.id, "children": list(join.children), "area": join.area_mm2, "border": join.border_mm}
-            for join in joins(analysis.mesh, [item.segment for item in analysis.segments])
-        ],
-        "labels": analysis.source_labels,
-        "warnings": list(analysis.warnings),
-        "remarks": list(analysis.remarks),
-        "timings": analysis.timings,
-    }
-
-
-def propose(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> tuple[Operation, ...] | Rejection:
-    """An assembly sequence of components in their places, or why there is none."""
-    del toolbox, ctx
-    bodies = [Body(component=item["component"], solid=item["prepared"].solid) for item in inputs["components"]]
-    return propose_sequence(bodies, plan.contact_tolerance)
-
+_AT = "gripwright.jobs.stage_functions:FUNCTIONS"
 
 STAGES: Mapping[str, Stage] = MappingProxyType(
-    {**DESIGN_STAGES, "export": Stage(name="export", function=export, uses=("hand",), version=4)}
+    {**DESIGN_STAGES, "export": Stage(name="export", at=_AT, uses=("hand",), version=4)}
 )
 """Of a whole design."""
 
 ANALYSIS_STAGES: Mapping[str, Stage] = MappingProxyType(
     {
         **{name: DESIGN_STAGES[name] for name in ("prepare", "segment", "fit", "keep")},
-        "describe": Stage(name="describe", function=describe_analysis, version=3),
+        "describe": Stage(name="describe", at=_AT, version=3),
     }
 )
 """Of the analysis of one component."""
 
 SEQUENCE_STAGES: Mapping[str, Stage] = MappingProxyType(
-    {"prepare": DESIGN_STAGES["prepare"], "propose": Stage(name="propose", function=propose, plan_fields=("contact_tolerance",))}
+    {"prepare": DESIGN_STAGES["prepare"], "propose": Stage(name="propose", at=_AT, plan_fields=("contact_tolerance",))}
 )
 """Of the proposal of an assembly sequence."""

@@ -7,13 +7,14 @@ import logging
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from gripwright.design.plan import Plan
-from gripwright.design.records import RecordTypes, dumps, loads, record_types
+from gripwright.design.records import OwnTypes, RecordTypes, dumps, loads, record_types
 from gripwright.design.runner import Ref
-from gripwright.design.toolbox import PluginVersion, record_classes
+from gripwright.design.toolbox import PluginVersion
 from gripwright.domain.errors import GripwrightError, PluginFailure
 from gripwright.jobs.child import ChildFailure, Limits, Progress, run_in_child
 from gripwright.jobs.engine import StepFailure
@@ -27,7 +28,7 @@ from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.steps import StepStore
 
 if TYPE_CHECKING:
-    from gripwright.design.steps import Stage
+    from gripwright.design.stage_table import Stage
 
 log = logging.getLogger(__name__)
 
@@ -78,7 +79,7 @@ class Workshop:
 
     def get(self, ref: Ref) -> Any:
         """A stored value of the domain's own types; those of plug-ins are not loaded in this process."""
-        return _stored(self.steps, ref, record_types(record_classes()))
+        return _stored(self.steps, ref, OwnTypes())
 
 
 class StepCall(TypedDict):
@@ -180,7 +181,8 @@ def _compute(argument: dict[str, Any], progress: Progress) -> None:
     if any(toolbox.versions.get(name) != version for name, version in call["versions"].items()):
         raise StepFailure("plug-ins were changed while the design ran: retry it", stage=call["stage"])
     stage = load_stages(argument["stages_at"])[call["stage"]]
-    inputs = _with_values(call["inputs"], store, record_types(toolbox.record_classes))
+    types = record_types(toolbox.record_classes)
+    inputs = _with_values(call["inputs"], cache(lambda ref: _stored(store, ref, types)))
     seen = {field: getattr(plan, name) for name, field in _CONTEXT_FIELDS.items() if name in stage.plan_fields}
     try:
         value = stage.function(inputs, _declared(plan, stage), toolbox, RunContext(progress=progress, **seen))
@@ -207,14 +209,14 @@ def _declared(plan: Plan, stage: "Stage") -> Plan:
     return seen
 
 
-def _with_values(node: Any, store: StepStore, types: RecordTypes) -> Any:
+def _with_values(node: Any, value_of: Callable[[Ref], Any]) -> Any:
     """The inputs of a call, stored results in place of their refs."""
     if isinstance(node, Mapping):
         if set(node) == {"ref"}:
-            return _stored(store, node["ref"], types)
-        return {name: _with_values(item, store, types) for name, item in node.items()}
+            return value_of(node["ref"])
+        return {name: _with_values(item, value_of) for name, item in node.items()}
     if isinstance(node, list | tuple):
-        return [_with_values(item, store, types) for item in node]
+        return [_with_values(item, value_of) for item in node]
     return node
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from gripwright.design.plan import Plan, plan_of
-from gripwright.design.records import loads, record_types
+from gripwright.design.records import OwnTypes, loads
 from gripwright.design.runner import Ref, Runner
-from gripwright.design.toolbox import PluginVersion, record_classes
+from gripwright.design.toolbox import PluginVersion
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.errors import Cancelled, GripwrightError
 from gripwright.domain.gripper import Actuator
@@ -79,7 +79,7 @@ def run_design(
 
 def _compute(office: DesignOffice, snapshot: DesignSnapshot, plan: Plan, runner: Runner) -> dict[str, bytes]:
     """The files of the design folder by their paths."""
-    types, artifacts = record_types(record_classes()), office.workshop.artifacts
+    types, artifacts = OwnTypes(), office.workshop.artifacts
     task = loads(artifacts.get(snapshot.task_sha256), types)
     actuators = loads(artifacts.get(snapshot.actuators_sha256), types)
     result = office.pipeline(task, actuators, plan, runner)

@@ -101,8 +101,8 @@ class _Judge:
         """The first `_ENOUGH` free grasps in the planner's order, and why those before them are not free."""
         free: list[FreeGrasp] = []
         misses: list[Miss] = []
-        for grasp in grasps:
-            verdict = self.judge(grasp, hand, check, radius_mm)
+        for grasp, rough in zip(grasps, check.roughs(grasps, self._ctx.min_contact_mm), strict=True):
+            verdict = rough or self._judge(grasp, hand, check, radius_mm)
             if isinstance(verdict, Miss):
                 misses.append(verdict)
                 continue
@@ -111,11 +111,8 @@ class _Judge:
                 break
         return free, misses
 
-    def judge(self, grasp: Grasp, hand: HandModel, check: HandCheck, radius_mm: float) -> FreeGrasp | Miss:
+    def _judge(self, grasp: Grasp, hand: HandModel, check: HandCheck, radius_mm: float) -> FreeGrasp | Miss:
         tips = self._ctx.min_contact_mm
-        miss = check.rough(grasp, tips)
-        if miss is not None:
-            return miss
         seated = seat(grasp, self._surface, hand)
         if isinstance(seated, Rejection):
             return Miss(stage=5, code=seated.code, detail=seated.detail)

@@ -9,7 +9,6 @@ from gripwright.design.gripper_assembly import BodyMeasures, body_shape, jaw_of,
 from gripwright.domain.errors import Rejection
 from gripwright.domain.gripper import FingerDesign, FingerSpec, Gripper
 from gripwright.domain.shape import Mesh
-from gripwright.geometry import brep
 from gripwright.plugin_api import FingerDesigner, HandModel, RunContext
 
 _TOLERANCE_MM = 0.02  # of a tessellated surface
@@ -62,6 +61,8 @@ def design_gripper_cad(
 def _with_body(
     spec: FingerSpec, finger: FingerDesign, gripper: Gripper, hand: HandModel, body_diameter_mm: float, body_length_mm: float
 ) -> GripperCad | Rejection:
+    from gripwright.geometry import brep  # not needed to read a `GripperCad` from a record
+
     outside = _outside_hand(spec, finger.mesh, hand)
     if outside is not None:
         return outside
