@@ -19,6 +19,7 @@ import trimesh
 from OCP.STEPControl import STEPControl_Reader
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
+from rand_index import labels_of
 
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
 from gripwright.geometry.brep import tessellate
@@ -26,7 +27,6 @@ from gripwright.geometry.measures import diagonal_mm
 from gripwright.geometry.mesh_repair import repaired
 from gripwright.geometry.refine import refine
 from gripwright_builtin.segmenters.sdf import SdfSegmenter
-from rand_index import labels_of
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE, SHARED = ROOT / "service" / "gripwright" / "samples" / "pump", ROOT.parent / "shared" / "data"

@@ -6,7 +6,7 @@ Every volume is convex, neighbours overlap, and the way out leads beyond the sce
 inside a solid either. FCL's answer about surfaces is therefore an answer about solids.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,8 +20,8 @@ from gripwright.plugin_api import HandModel
 BEHIND_MM = 300.0  # actuator, tool changer and wrist: nothing may come nearer to the palm's back
 LENGTH_LIMIT_MM = 250.0  # longer fingers are not considered
 _BISECT_MM, _BISECT_TURNING_MM = 0.008, 0.5  # where the motion turns, each length has sweeps of its own
-_ENTER_MM = 0.004  # the closed finger's gripping surface is drawn back by this against the component that it touches
-_ROUGH_MM = 0.3  # before the grasp is seated
+ENTER_MM = 0.004  # the closed finger's gripping surface is drawn back by this against the component that it touches
+ROUGH_MM = 0.3  # before the grasp is seated
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,6 +31,7 @@ class Miss:
     stage: int
     code: str
     detail: str
+    grasp: Grasp | None = field(default=None, compare=False)  # as it was planned
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,7 +71,7 @@ class HandCheck:
         """Why the open hand cannot leave, or the tips (`tips_mm` long) cannot close: before the grasp is seated."""
         return (
             self._leave_attached(grasp)
-            or self._closed_attached(grasp, tips_mm, _ROUGH_MM)
+            or self._closed_attached(grasp, tips_mm, ROUGH_MM)
             or self._leave_standing(grasp)
             or self._along_motion(grasp, tips_mm)
         )
@@ -79,7 +80,7 @@ class HandCheck:
         """Why the seated grasp is not free with stems of that length (the palm aside)."""
         return (
             self._leave_attached(grasp)
-            or self._closed_attached(grasp, finger_length_mm, _ENTER_MM)
+            or self._closed_attached(grasp, finger_length_mm, ENTER_MM)
             or self._leave_standing(grasp)
             or self._along_motion(grasp, finger_length_mm)
         )
@@ -146,7 +147,7 @@ class HandCheck:
                 moved = vertices + np.array([self._out(grasp), 0.0, 0.0])
                 grown = dilated(moved, min(self._scene.margin_mm, abs(self._out(grasp)) * 0.8))
                 if clearance == 0.0:
-                    grown = _drawn_back(grown, _ROUGH_MM, grasp)
+                    grown = drawn_back(grown, ROUGH_MM, grasp)
                 hit = self._scene.attached.first_hit(self._cached(grown), grasp.X_CG @ X_GF)
                 if hit is not None:
                     return Miss(stage=0, code="collision", detail=f"open finger {number} cannot reach the surface past {hit}")
@@ -156,7 +157,7 @@ class HandCheck:
         for number, X_GF in enumerate(self._hand.finger_poses(grasp.opening_width_mm), start=1):
             for vertices in self._finger(grasp, length_mm):
                 opened = swept(vertices, np.array([self._out(grasp), 0.0, 0.0]))
-                hit = self._scene.attached.first_hit(self._cached(_drawn_back(opened, draw_back_mm, grasp)), grasp.X_CG @ X_GF)
+                hit = self._scene.attached.first_hit(self._cached(drawn_back(opened, draw_back_mm, grasp)), grasp.X_CG @ X_GF)
                 if hit is not None:
                     return Miss(stage=1, code="collision", detail=f"finger {number} would enter {hit} while it closes")
         return None
@@ -230,7 +231,7 @@ class _PalmCheck:
         return None
 
 
-def _drawn_back(vertices: FloatArray, by_mm: float, grasp: Grasp) -> FloatArray:
+def drawn_back(vertices: FloatArray, by_mm: float, grasp: Grasp) -> FloatArray:
     """The finger without the layer next to its gripping surface."""
     if grasp.grip == EXTERNAL:
         return np.maximum(vertices, [by_mm, -np.inf, -np.inf])

@@ -9,6 +9,7 @@ import numpy as np
 
 from gripwright.design import catalogue, scenes
 from gripwright.design.barred import without_barred
+from gripwright.design.gauge import Envelopes
 from gripwright.design.hand_check import OperationScene
 from gripwright.design.operation_class import OperationClass, PlacedComponent, classify
 from gripwright.design.overlap import deepest_overlap
@@ -147,7 +148,7 @@ def _judged(
     held: Participant,
     plan: Plan,
     toolbox: Toolbox,
-    envelopes: constraints.Envelopes,
+    envelopes: Envelopes,
     ctx: RunContext,
 ) -> tuple[SegmentVerdict, ...]:
     """How each segment of one component fares in the operation."""
@@ -192,7 +193,7 @@ def _overlap_warnings(operation: Operation, inputs: Mapping[str, Any], plan: Pla
     return (f"{operation.id}: {found}; its grasps are judged all the same",)
 
 
-def _envelopes(actuators: Sequence[Actuator], owned: Sequence[Gripper]) -> constraints.Envelopes:
+def _envelopes(actuators: Sequence[Actuator], owned: Sequence[Gripper]) -> Envelopes:
     """The palm envelopes, rounded up to rungs, of the actuators and of the owned grippers that may hold a width."""
 
     def of(gripper_type: str, opening_width_mm: float) -> FloatArray:
@@ -284,7 +285,7 @@ STAGES: Mapping[str, Stage] = {
         Stage(name="fit", function=_fit, uses=("fitter",), plan_fields=("seed",), version=3),
         Stage(name="keep", function=_keep),
         Stage(name="grips", function=_grips, uses=("affordance", "rule"), plan_fields=("plan", "seed"), version=2),
-        Stage(name="constraints", function=_constraints, uses=("hand", "planner"), plan_fields=("plan", *_GRASPING), version=2),
+        Stage(name="constraints", function=_constraints, uses=("hand", "planner"), plan_fields=("plan", *_GRASPING), version=3),
         Stage(
             name="select",
             function=_select,
@@ -293,6 +294,6 @@ STAGES: Mapping[str, Stage] = {
         ),
         Stage(name="fingers", function=_fingers, uses=("finger", "hand"), plan_fields=("safety_factor", "seed"), version=2),
         Stage(name="verify", function=_verify, uses=("hand",), plan_fields=_GRASPING),
-        Stage(name="result", function=_result, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=3),
+        Stage(name="result", function=_result, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=4),
     )
 }
