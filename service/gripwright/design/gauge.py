@@ -102,14 +102,16 @@ class Gauge:
         assert grasp is not None
         match miss.stage:
             case 0:
-                return self._reached(self._volumes.reaching(grasp))
+                volumes = self._volumes.reaching(grasp)
             case 1:
-                return self._reached(self._volumes.closing(grasp, tips, ROUGH_MM))
+                volumes = self._volumes.closing(grasp, tips, ROUGH_MM)
             case 2:
-                return self._reached(self._volumes.leaving(grasp))
+                volumes = self._volumes.leaving(grasp)
             case 3:
-                return self._reached(self._volumes.moving(grasp, tips))
-        return list(self.in_full(grasp).shortages)
+                volumes = self._volumes.moving(grasp, tips)
+            case _:
+                return list(self.in_full(grasp).shortages)
+        return [self._collision(found) for volume in volumes for found in self._volumes.glances(volume)]
 
     def in_full(self, grasp: Grasp) -> Finding:
         """All that a grasp lacks."""
@@ -141,22 +143,22 @@ class Gauge:
 
     def _reached(self, volumes: Iterator[Volume]) -> list[Shortage]:
         """Bodies that reach into the volumes."""
-        return [
-            Shortage(
-                code="collision",
-                quantity="clearance",
-                found=volume.margin_mm - found.depth_mm,
-                limit=volume.margin_mm,
-                amount=found.depth_mm,
-                part=volume.part,
-                side=_side(volume, found.normal, self._attempt.requirement.grip),
-                hit=found.body.name,
-                phase=volume.phase,
-                intrusion=found,
-            )
-            for volume in volumes
-            for found in self._volumes.intrusions(volume)
-        ]
+        return [self._collision(found) for volume in volumes for found in self._volumes.intrusions(volume)]
+
+    def _collision(self, found: Intrusion) -> Shortage:
+        volume = found.volume
+        return Shortage(
+            code="collision",
+            quantity="clearance",
+            found=volume.margin_mm - found.depth_mm,
+            limit=volume.margin_mm,
+            amount=found.depth_mm,
+            part=volume.part,
+            side=_side(volume, found.normal, self._attempt.requirement.grip),
+            hit=found.body.name,
+            phase=volume.phase,
+            intrusion=found,
+        )
 
     def _unseated(self, grasp: Grasp) -> list[Shortage]:
         """Fingers that meet no surface, or stay off it while another one touches."""

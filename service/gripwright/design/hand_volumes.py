@@ -3,7 +3,7 @@
 The same volumes as `hand_check` asks about, each apart and with its name: that one answers whether, this one by how much.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -15,11 +15,13 @@ from gripwright.domain.grasp import EXTERNAL, Grasp
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.collision import ConvexShape, PlacedSurface, Scene
 from gripwright.geometry.frames import inverse, transform
-from gripwright.geometry.penetration import Halfspaces, penetration
+from gripwright.geometry.penetration import Halfspaces, Penetration, Triangles, penetration, surface_penetration
 from gripwright.geometry.solids import dilated, swept
 from gripwright.plugin_api import HandModel
 
 TAKING_UP, CLOSING, MOTION, OPENING, LEAVING = "taking-up", "closing", "motion", "opening", "leaving"
+Measure = Callable[[Halfspaces, Triangles, FloatArray], Penetration | None]
+_SHARE = 2e-3  # of the way between two of these
 _PLACES = 64  # along a motion, to find where something first comes too near
 
 
@@ -57,16 +59,29 @@ class HandVolumes:
         self._way = stretches(scene.motion)
         self._far = scene.far_mm
         self._shapes: dict[bytes, tuple[ConvexShape, Halfspaces]] = {}
+        self._soups: dict[str, Triangles] = {}
 
     def intrusions(self, volume: Volume) -> Iterator[Intrusion]:
         """What reaches into a volume, and how deep."""
+        return self._measured(volume, penetration)
+
+    def glances(self, volume: Volume) -> Iterator[Intrusion]:
+        """The same at a glance, by the bodies' surfaces alone: no deeper than it is."""
+        return self._measured(volume, surface_penetration)
+
+    def _measured(self, volume: Volume, measure: Measure) -> Iterator[Intrusion]:
         shape, solid = self._shape(volume.vertices)
         X_SC = inverse(volume.X)
         for body in volume.scene.touched(shape, volume.X):
-            found = penetration(solid, body.surface.mesh, X_SC @ body.X)
+            found = measure(solid, self._triangles(body), X_SC @ body.X)
             if found is not None:
                 point_P = transform(volume.X_PS @ volume.X, found.deepest[None])[0]
                 yield Intrusion(volume=volume, body=body, depth_mm=found.depth_mm, normal=found.normal, point_P=point_P)
+
+    def _triangles(self, body: PlacedSurface) -> Triangles:
+        if body.name not in self._soups:
+            self._soups[body.name] = Triangles(body.surface.mesh)
+        return self._soups[body.name]
 
     def _shape(self, vertices: FloatArray) -> tuple[ConvexShape, Halfspaces]:
         key = vertices.tobytes()
@@ -126,33 +141,26 @@ class HandVolumes:
         poses = sampled(self._scene.motion, _PLACES)
         lengths = np.array([path_mm(end @ inverse(start)) for start, end in pairwise(poses)])
         shares = np.append(0.0, np.cumsum(lengths)) / max(float(lengths.sum()), 1e-12)
+        alone, resting = Scene([found.body]), ConvexShape(volume.resting)
         for k, (start, end) in enumerate(pairwise(poses)):
             X_start, X_end = start @ volume.X_PB, end @ volume.X_PB
-            part = self._until(volume.resting, X_start, X_end, 1.0)
-            deepest = self._touch(part, found.body, X_start)
-            if deepest is None:
+            step = self._until(volume.resting, X_start, X_end, 1.0)
+            if not alone.touched(ConvexShape(step), X_start):
                 continue
-            low, high = 0.0, 1.0
-            if self._touch(volume.resting, found.body, X_start) is not None:
-                high = 0.0
-            while high - low > 1e-3:
+            deepest = penetration(Halfspaces(step), self._triangles(found.body), inverse(X_start) @ found.body.X)
+            point_P = found.point_P if deepest is None else transform(X_start, deepest.deepest[None])[0]
+            low, high = 0.0, 0.0 if alone.touched(resting, X_start) else 1.0
+            while high - low > _SHARE:
                 middle = (low + high) / 2.0
-                hit = self._touch(self._until(volume.resting, X_start, X_end, middle), found.body, X_start) is not None
+                hit = alone.touched(ConvexShape(self._until(volume.resting, X_start, X_end, middle)), X_start)
                 low, high = (low, middle) if hit else (middle, high)
-            return float(shares[k] + high * (shares[k + 1] - shares[k])), deepest
+            return float(shares[k] + high * (shares[k + 1] - shares[k])), point_P
         return None
 
     def _until(self, vertices: FloatArray, X_start: FloatArray, X_end: FloatArray, share: float) -> FloatArray:
         """A solid at two stations between which the turn is small, up to a share of the way, in its frame at the first."""
         moved = transform(inverse(X_start) @ X_end, vertices)
         return np.concatenate([vertices, vertices + share * (moved - vertices)])
-
-    def _touch(self, vertices: FloatArray, body: PlacedSurface, X: FloatArray) -> FloatArray | None:
-        """The deepest point (product frame) at which the body reaches into a solid at pose X, or None."""
-        if not Scene([body]).touched(ConvexShape(vertices), X):
-            return None
-        found = penetration(Halfspaces(vertices), body.surface.mesh, inverse(X) @ body.X)
-        return None if found is None else transform(X, found.deepest[None])[0]
 
     def _out(self, grasp: Grasp) -> FloatArray:
         half = self._scene.release_clearance_mm / 2.0

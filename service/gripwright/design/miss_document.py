@@ -28,6 +28,7 @@ def miss_document(miss: NearestMiss) -> dict[str, Any]:
         "opening_width": _figure(miss.opening_width_mm),
         "finger_length": _figure(miss.finger_length_mm),
         "palm_radius": _figure(miss.palm_radius_mm),
+        "grasp": None if miss.grasp is None else miss.grasp.label,
         "grasp_pose": None if miss.grasp is None else np.round(miss.grasp.X_CG, 9).tolist(),
     }
 

@@ -1,6 +1,7 @@
 """The nearest miss of a rejected segment: which of its grasps came closest, what it hits or lacks, and by how much.
 
-A grasp misses by the constraint that it misses most: every check is made and measured, not the first alone. Of a segment's
+Every check is made and measured, not the first alone that fails; the closest grasp is that of which the fingers and the palm lack
+least, each by its worst, added up. What is told of it is the part that lacks most. Of a segment's
 grasps a sample, drawn from all stages at which they failed, is measured by the check that each failed; the best of these in
 full. The figure is that of a grasp that was planned: no search goes on from it.
 """
@@ -10,14 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gripwright.design.gauge import FAR_OFF, Attempt, Circumstances, Finding, Gauge, Shortage
+from gripwright.design.gauge import FAR_OFF, HOLDING, Attempt, Circumstances, Finding, Gauge, Shortage
 from gripwright.design.hand_check import Miss
-from gripwright.design.hand_volumes import MOTION
+from gripwright.design.hand_volumes import CLOSING, LEAVING, MOTION, OPENING, TAKING_UP
 from gripwright.domain.grasp import Grasp, GripRequirement
 from gripwright.domain.shape import FloatArray
 
-_SAMPLE = 16  # grasps measured by the check that they failed
-_IN_FULL = 4  # of these measured by all checks
+_SAMPLE = 32  # grasps measured by the check that they failed
+_IN_FULL = 6  # of these measured by all checks
+_SAME_MM = 0.01
+PHASES = (TAKING_UP, CLOSING, MOTION, OPENING, LEAVING, HOLDING)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,7 +51,11 @@ def closest_grasp(attempts: Sequence[Attempt], around: Circumstances) -> Closest
         key = _key(finding.shortages)
         if finding.shortages and (best is None or key < best[0]):
             best = key, finding, k
-    return None if best is None else _closest(best[1], gauges[best[2]], attempts[best[2]].requirement)
+    return (
+        None
+        if best is None
+        else _closest(best[1], gauges[best[2]], attempts[best[2]].requirement, around.scene.release_clearance_mm)
+    )
 
 
 def _sampled(missed: Sequence[tuple[int, Miss]]) -> list[tuple[int, Miss]]:
@@ -63,20 +70,31 @@ def _sampled(missed: Sequence[tuple[int, Miss]]) -> list[tuple[int, Miss]]:
 
 
 def _key(shortages: Sequence[Shortage]) -> tuple[int, float]:
+    """How far a grasp is from one that holds: what each part of the gripper lacks at the most, added up."""
     if not shortages:
         return FAR_OFF + 1, 0.0
-    worst = max(shortages, key=_weight)
-    return worst.rank, round(worst.amount, 6)
+    lacking: dict[str | None, float] = {}
+    for shortage in shortages:
+        lacking[shortage.part] = max(shortage.amount, lacking.get(shortage.part, 0.0))
+    return max(shortage.rank for shortage in shortages), round(sum(lacking.values()), 6)
 
 
 def _weight(shortage: Shortage) -> tuple[int, float]:
     return shortage.rank, shortage.amount
 
 
-def _closest(finding: Finding, gauge: Gauge, requirement: GripRequirement) -> Closest:
+def _told(shortages: Sequence[Shortage], release_clearance_mm: float) -> Shortage:
+    """What is told of a grasp: the part that lacks most, in the first phase in which it does, but for the opening's share."""
+    worst = max(shortages, key=_weight)
+    least = worst.amount - release_clearance_mm / 2.0 - _SAME_MM
+    alike = [one for one in shortages if (one.rank, one.part, one.hit) == (worst.rank, worst.part, worst.hit)]
+    return min((one for one in alike if one.amount >= least), key=lambda one: (PHASES.index(one.phase), -one.amount))
+
+
+def _closest(finding: Finding, gauge: Gauge, requirement: GripRequirement, release_clearance_mm: float) -> Closest:
     """The finding with the place of what it misses most."""
-    worst = max(finding.shortages, key=_weight)
-    intrusion = worst.intrusion
+    told = _told(finding.shortages, release_clearance_mm)
+    intrusion = told.intrusion
     place, point_P = None, None if intrusion is None else intrusion.point_P
     if intrusion is not None and intrusion.volume.phase == MOTION:
         first = gauge.first_place(intrusion)
@@ -86,7 +104,7 @@ def _closest(finding: Finding, gauge: Gauge, requirement: GripRequirement) -> Cl
         grasp=finding.grasp,
         finger_length_mm=finding.finger_length_mm,
         palm_radius_mm=finding.palm_radius_mm,
-        shortage=worst,
+        shortage=told,
         place=place,
         point_P=point_P,
     )

@@ -30,32 +30,49 @@ class Halfspaces:
 
     def __init__(self, vertices: FloatArray) -> None:
         self.vertices = vertices
-        self.low, self.high = vertices.min(axis=0), vertices.max(axis=0)
         if is_box(vertices):
             self.normals: FloatArray = np.concatenate([np.eye(3), -np.eye(3)])
         else:
             self.normals = _distinct(ConvexHull(vertices).equations[:, :3])
         self.offsets: FloatArray = (vertices @ self.normals.T).max(axis=0)  # (f,)
 
-    def part_of(self, triangles: FloatArray) -> FloatArray:
-        """What of triangles (m, 3, 3) lies within the solid, (k, 3, 3)."""
-        near = (triangles.max(axis=1) >= self.low) & (triangles.min(axis=1) <= self.high)
-        part = triangles[near.all(axis=1)]
-        for normal, offset in zip(self.normals, self.offsets, strict=True):
-            part = clip_triangles(part, normal, float(offset))
+
+class Triangles:
+    """A mesh's triangles with their bounding boxes, ready for many solids."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.mesh, self.corners = mesh, mesh.triangles_mm  # (m, 3, 3)
+        self.low, self.high = self.corners.min(axis=1), self.corners.max(axis=1)  # (m, 3)
+
+    def within(self, solid: Halfspaces, X_SM: FloatArray) -> FloatArray:
+        """What of them lies within the solid, (k, 3, 3) in its frame."""
+        around = transform(inverse(X_SM), solid.vertices)
+        near = (self.high >= around.min(axis=0)) & (self.low <= around.max(axis=0))
+        part = transform(X_SM, self.corners[near.all(axis=1)])
+        beyond = (part.reshape(-1, 3) @ solid.normals.T).max(axis=0, initial=-np.inf) > solid.offsets
+        for face in np.flatnonzero(beyond):
+            part = clip_triangles(part, solid.normals[face], float(solid.offsets[face]))
         return np.asarray(part)
 
 
-def penetration(solid: Halfspaces, mesh: Mesh, X_SM: FloatArray) -> Penetration | None:
+def penetration(solid: Halfspaces, triangles: Triangles, X_SM: FloatArray) -> Penetration | None:
     """How far the mesh at pose `X_SM` reaches into the solid; None where nothing of it lies within."""
-    points = solid.part_of(transform(X_SM, mesh.vertices_mm)[mesh.faces]).reshape(-1, 3)
-    corners = solid.vertices[_inside(mesh, transform(inverse(X_SM), solid.vertices))]
-    points = np.concatenate([points, corners])  # the corners of what both solids share are among these
+    corners = solid.vertices[_inside(triangles.mesh, transform(inverse(X_SM), solid.vertices))]
+    # The corners of what both solids share: where surfaces lie within the solid, and the solid's own within the mesh.
+    return _least(solid, np.concatenate([triangles.within(solid, X_SM).reshape(-1, 3), corners]))
+
+
+def surface_penetration(solid: Halfspaces, triangles: Triangles, X_SM: FloatArray) -> Penetration | None:
+    """How far the mesh's surface reaches into the solid, at most as far as the mesh does: soon told."""
+    return _least(solid, triangles.within(solid, X_SM).reshape(-1, 3))
+
+
+def _least(solid: Halfspaces, points: FloatArray) -> Penetration | None:
     if not len(points):
         return None
     levels = points @ solid.normals.T  # (n, f)
     depths = solid.offsets - levels.min(axis=0)
-    face = int(np.argmin(np.round(depths, 6)))  # of equal ones the first, whatever the rounding
+    face = int(np.argmin(np.round(depths, 3)))  # of equal ones the first, whatever the rounding
     return Penetration(
         depth_mm=max(0.0, float(depths[face])),
         normal=solid.normals[face],
