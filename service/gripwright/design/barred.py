@@ -42,8 +42,9 @@ def _too_heavy(segment: int, lightest: FreeGrasp, barred: Mapping[str, Any]) -> 
         amount=None,
         unit="N",
         sentence=(
-            f"held at {grasp.opening_width_mm:.1f} mm (segment {segment}), friction needs a grip force of {force_N:.0f} N against "
-            f"{lightest.hold.moment_Nmm / 1000.0:.1f} N·m about the fingers, and no finger bears it: {barred[grasp.grip]['detail']}"
+            f"held across {grasp.opening_width_mm:.1f} mm (segment {segment}), friction needs a grip force of {force_N:.0f} N "
+            f"against {lightest.hold.moment_Nmm / 1000.0:.1f} N·m about the fingers; "
+            f"no finger bears it: {barred[grasp.grip]['detail']}"
         ),
         gripper_type=grasp.gripper_type,
         grip=grasp.grip,

@@ -21,6 +21,7 @@ from gripwright.plugin_api import HandModel
 
 TAKING_UP, CLOSING, MOTION, OPENING, LEAVING = "taking-up", "closing", "motion", "opening", "leaving"
 Measure = Callable[[Halfspaces, Triangles, FloatArray], Penetration | None]
+_WHOLE_MM = 0.02
 _SHARE = 2e-3  # of the way between two of these
 _PLACES = 64  # along a motion, to find where something first comes too near
 
@@ -48,7 +49,12 @@ class Intrusion:
     body: PlacedSurface
     depth_mm: float
     normal: FloatArray  # (3,) of the volume's face through which it leads
-    point_P: FloatArray  # (3,) the deepest; of what moves with the component, where it is in this phase
+    point_P: FloatArray  # (3,) the deepest; of what moves with the component, before the motion
+
+    @property
+    def whole(self) -> bool:
+        """Whether it takes up all that the volume is thick in that direction."""
+        return self.depth_mm >= float(np.ptp(self.volume.vertices @ self.normal)) - 2.0 * self.volume.margin_mm - _WHOLE_MM
 
 
 class HandVolumes:

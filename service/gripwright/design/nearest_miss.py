@@ -17,8 +17,9 @@ from gripwright.design.hand_volumes import CLOSING, LEAVING, MOTION, OPENING, TA
 from gripwright.domain.grasp import Grasp, GripRequirement
 from gripwright.domain.shape import FloatArray
 
-_SAMPLE = 32  # grasps measured by the check that they failed
-_IN_FULL = 6  # of these measured by all checks
+_SAMPLE = 16  # grasps of one requirement measured by the check that they failed
+_IN_FULL = 3  # of these measured by all checks
+_CLEARLY = 0.8  # of what a requirement's grasp lacks, for one of a later requirement to count as closer
 _SAME_MM = 0.01
 PHASES = (TAKING_UP, CLOSING, MOTION, OPENING, LEAVING, HOLDING)
 
@@ -37,33 +38,55 @@ class Closest:
 
 
 def closest_grasp(attempts: Sequence[Attempt], around: Circumstances) -> Closest | None:
-    """The grasp that came closest, of all attempts; None where none was planned."""
-    gauges = [Gauge(attempt, around) for attempt in attempts]
-    sample = _sampled([(k, miss) for k, attempt in enumerate(attempts) for miss in attempt.missed])
-    glances = [(_key(gauges[k].at_its_stage(miss)), k, miss) for k, miss in sample]
+    """The grasp that came closest, of all attempts; None where none was planned.
+
+    An earlier attempt, of a requirement that comes first, counts as closest where a later one is not clearly closer.
+    """
+    best: _Candidate | None = None
+    for attempt in attempts:
+        gauge = Gauge(attempt, around)
+        candidate = _best(attempt, gauge)
+        if candidate is not None and (best is None or _clearly_closer(candidate.key, best.key)):
+            best = candidate
+    return None if best is None else _closest(best, around.scene.release_clearance_mm)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Candidate:
+    """The closest grasp of one attempt."""
+
+    key: tuple[int, float]
+    finding: Finding
+    gauge: Gauge
+    requirement: GripRequirement
+
+
+def _clearly_closer(one: tuple[int, float], other: tuple[int, float]) -> bool:
+    return one[0] < other[0] or (one[0] == other[0] and one[1] < _CLEARLY * other[1])
+
+
+def _best(attempt: Attempt, gauge: Gauge) -> _Candidate | None:
+    """Of a sample of one attempt the grasp that lacks least."""
+    glances = [(_key(gauge.at_its_stage(miss)), miss) for miss in _sampled(attempt.missed)]
     glances.sort(key=lambda entry: entry[0])  # stable: of equal ones the planner's first
-    best: tuple[tuple[int, float], Finding, int] | None = None
-    for glance, k, miss in glances[:_IN_FULL]:
-        if best is not None and glance >= best[0]:
-            break  # a grasp misses by at least what the check says that it failed
+    best: _Candidate | None = None
+    for glance, miss in glances[:_IN_FULL]:
+        if best is not None and glance >= best.key:
+            break  # a grasp lacks at least what the check says that it failed
         assert miss.grasp is not None
-        finding = gauges[k].in_full(miss.grasp)
+        finding = gauge.in_full(miss.grasp)
         key = _key(finding.shortages)
-        if finding.shortages and (best is None or key < best[0]):
-            best = key, finding, k
-    return (
-        None
-        if best is None
-        else _closest(best[1], gauges[best[2]], attempts[best[2]].requirement, around.scene.release_clearance_mm)
-    )
+        if finding.shortages and (best is None or key < best.key):
+            best = _Candidate(key=key, finding=finding, gauge=gauge, requirement=attempt.requirement)
+    return best
 
 
-def _sampled(missed: Sequence[tuple[int, Miss]]) -> list[tuple[int, Miss]]:
+def _sampled(missed: Sequence[Miss]) -> list[Miss]:
     """Up to `_SAMPLE` of the misses: from each stage evenly, most from the last one that was reached."""
-    stages = sorted({miss.stage for _, miss in missed}, reverse=True)
-    chosen: list[tuple[int, Miss]] = []
+    stages = sorted({miss.stage for miss in missed}, reverse=True)
+    chosen: list[Miss] = []
     for number, stage in enumerate(stages):
-        at_stage = [entry for entry in missed if entry[1].stage == stage]
+        at_stage = [miss for miss in missed if miss.stage == stage]
         count = min(len(at_stage), -(-(_SAMPLE - len(chosen)) // (2 if number < len(stages) - 1 else 1)))
         chosen += [at_stage[i] for i in np.unique(np.linspace(0, len(at_stage) - 1, count).astype(int))]
     return chosen
@@ -91,16 +114,16 @@ def _told(shortages: Sequence[Shortage], release_clearance_mm: float) -> Shortag
     return min((one for one in alike if one.amount >= least), key=lambda one: (PHASES.index(one.phase), -one.amount))
 
 
-def _closest(finding: Finding, gauge: Gauge, requirement: GripRequirement, release_clearance_mm: float) -> Closest:
-    """The finding with the place of what it misses most."""
+def _closest(candidate: _Candidate, release_clearance_mm: float) -> Closest:
+    """The candidate with the place of what is told of it."""
+    finding = candidate.finding
     told = _told(finding.shortages, release_clearance_mm)
-    intrusion = told.intrusion
-    place, point_P = None, None if intrusion is None else intrusion.point_P
-    if intrusion is not None and intrusion.volume.phase == MOTION:
-        first = gauge.first_place(intrusion)
+    place, point_P = None, None if told.intrusion is None else told.intrusion.point_P
+    if told.intrusion is not None and told.phase == MOTION:
+        first = candidate.gauge.first_place(told.intrusion)
         place, point_P = (None, point_P) if first is None else first
     return Closest(
-        requirement=requirement,
+        requirement=candidate.requirement,
         grasp=finding.grasp,
         finger_length_mm=finding.finger_length_mm,
         palm_radius_mm=finding.palm_radius_mm,

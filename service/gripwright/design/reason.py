@@ -14,6 +14,7 @@ from gripwright.domain.shape import Cylinder
 _TOUCHING_MM = 0.005
 _SEATED_MM = 0.5  # from here on it is at its seat
 _STEEP = 0.9
+_WHOLE = {"outer face": "thickness", "gripping face": "thickness", "side": "width", "rim": "width", "tip": "length"}
 
 
 def nearest_miss(closest: Closest, segment: int, held: str, scene: OperationScene) -> NearestMiss:
@@ -104,6 +105,8 @@ def _collision(closest: Closest, held: str) -> str:
     part = shortage.part or ""
     if part == "the palm":
         part = f"the palm (radius {closest.palm_radius_mm:.0f} mm), even behind fingers of {LENGTH_LIMIT_MM:.0f} mm,"
+    if shortage.intrusion is not None and shortage.intrusion.whole and shortage.side in _WHOLE:
+        return f"{part} would enter {body} with its whole {_WHOLE[shortage.side]},"
     required = f" ({mm(shortage.limit)} of clearance is required)" if shortage.limit > 0.0 else ""
     if shortage.found > _TOUCHING_MM:
         return f"{part} would come within {mm(shortage.found)} of {body}{required} with its {shortage.side},"

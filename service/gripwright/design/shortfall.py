@@ -55,8 +55,8 @@ def without_grasp(verdict: OperationVerdict) -> str:
         return f"{_listed(verdict.components)} cannot be held: {_subject(closest, verdict)}{closest.miss.sentence}; {among}"
     component, segment, rejection = max(failed, key=lambda entry: (_rank(entry[2].code, _ORDER), entry[1].grasps_planned))
     return (
-        f"{_listed(verdict.components)} cannot be held: no grasp can be planned on {_segments(len(failed))}; closest came segment "
-        f"{segment.segment} of {component} ({rejection.code}): {rejection.detail}"
+        f"{_listed(verdict.components)} cannot be held: no grasp can be planned on {_segments(len(failed))}; "
+        f"closest came segment {segment.segment} of {component} ({rejection.code}): {rejection.detail}"
     )
 
 
