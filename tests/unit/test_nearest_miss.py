@@ -172,7 +172,7 @@ def test_a_finger_that_has_no_room_at_all_is_in_the_way_with_its_whole_thickness
     miss = miss_of(judged(wall, grasps=[grasp()]))
 
     assert miss.amount == pytest.approx(THICK_MM + MARGIN_MM, abs=0.003)
-    assert "would enter 'wall-1' with its whole thickness," in miss.sentence
+    assert "would enter 'wall-1' by 8.00 mm, its whole thickness," in miss.sentence
 
 
 def test_of_several_grasps_the_one_that_lacks_least_is_told_with_its_pose() -> None:

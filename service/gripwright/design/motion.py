@@ -102,6 +102,14 @@ def sampled(motion: FloatArray, count: int) -> list[FloatArray]:
     return result
 
 
+def pose_at(motion: FloatArray, share: float) -> FloatArray:
+    """The pose of a motion (k, 4, 4) at about a share of its path, to a hundredth."""
+    poses = sampled(motion, 100)
+    lengths = np.array([path_mm(end @ inverse(start)) for start, end in pairwise(poses)])
+    shares = np.append(0.0, np.cumsum(lengths)) / max(float(lengths.sum()), _STILL)
+    return poses[int(np.abs(shares - share).argmin())]
+
+
 def _divided(start: FloatArray, end: FloatArray, parts: int) -> list[FloatArray]:
     """The ends of `parts` equal screw motions from start to end."""
     move = end @ inverse(start)

@@ -106,7 +106,7 @@ def _collision(closest: Closest, held: str) -> str:
     if part == "the palm":
         part = f"the palm (radius {closest.palm_radius_mm:.0f} mm), even behind fingers of {LENGTH_LIMIT_MM:.0f} mm,"
     if shortage.intrusion is not None and shortage.intrusion.whole and shortage.side in _WHOLE:
-        return f"{part} would enter {body} with its whole {_WHOLE[shortage.side]},"
+        return f"{part} would enter {body} by {mm(-shortage.found)}, its whole {_WHOLE[shortage.side]},"
     required = f" ({mm(shortage.limit)} of clearance is required)" if shortage.limit > 0.0 else ""
     if shortage.found > _TOUCHING_MM:
         return f"{part} would come within {mm(shortage.found)} of {body}{required} with its {shortage.side},"
