@@ -2,6 +2,9 @@
 
 import html
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +75,18 @@ def test_why_not_is_one_sentence_with_body_and_measure_in_the_document_and_the_r
     for segment in entry["segments"]:
         assert segment["detail"]
         assert segment["nearest_miss"] is None or segment["detail"].startswith(segment["nearest_miss"]["sentence"])
+
+
+def test_the_command_ends_with_the_same_sentence(bush: Path, designed: Any, tmp_path: Path) -> None:
+    _, folder = designed(bush, OUTSIDE_ONLY)
+    (operation,) = json.loads((folder / "design.json").read_text())["operations"]
+    command = [str(Path(sys.executable).parent / "gripwright"), "design", str(bush), "--out", str(tmp_path / "design")]
+    environment = os.environ | {"GRIPWRIGHT_DATA": str(folder.parent / "data")}  # all its steps are stored there
+
+    answer = subprocess.run([*command, "--set", OUTSIDE_ONLY[0]], env=environment, capture_output=True, text=True, check=False)
+
+    assert answer.returncode == INCOMPLETE
+    assert f"op-01 is uncovered: {operation['detail']}" in answer.stdout
 
 
 def test_from_inside_it_is_held_by_fingers_that_keep_every_promise(bush: Path, designed: Any) -> None:
