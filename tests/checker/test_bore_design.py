@@ -1,6 +1,10 @@
 """A bush flush in its housing can be held from inside alone: designed, judged by the checker, its finger read back."""
 
+import html
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +56,37 @@ def test_from_outside_it_cannot_be_held(bush: Path, designed: Any) -> None:
 
     assert code == INCOMPLETE
     assert "housing" in json.loads((folder / "design.json").read_text())["operations"][0]["detail"]
+
+
+def test_why_not_is_one_sentence_with_body_and_measure_in_the_document_and_the_report(bush: Path, designed: Any) -> None:
+    _, folder = designed(bush, OUTSIDE_ONLY)
+    document = json.loads((folder / "design.json").read_text())
+    (operation,) = document["operations"]
+    (entry,) = [component for component in document["components"] if component["id"] == "bush"]
+    miss = operation["nearest_miss"]
+    page = html.unescape((folder / "report.html").read_text())
+
+    assert (miss["component"], miss["hit"], miss["unit"]) == ("bush", "housing", "mm")
+    assert miss["limit"] - miss["found"] == pytest.approx(miss["amount"], abs=1e-3)
+    assert operation["detail"] == entry["detail"]
+    assert operation["detail"].startswith(f"bush cannot be held: {miss['sentence']}")
+    assert operation["detail"] in page
+    assert "nearest miss of op-01" in page  # its picture
+    for segment in entry["segments"]:
+        assert segment["detail"]
+        assert segment["nearest_miss"] is None or segment["detail"].startswith(segment["nearest_miss"]["sentence"])
+
+
+def test_the_command_ends_with_the_same_sentence(bush: Path, designed: Any, tmp_path: Path) -> None:
+    _, folder = designed(bush, OUTSIDE_ONLY)
+    (operation,) = json.loads((folder / "design.json").read_text())["operations"]
+    command = [str(Path(sys.executable).parent / "gripwright"), "design", str(bush), "--out", str(tmp_path / "design")]
+    environment = os.environ | {"GRIPWRIGHT_DATA": str(folder.parent / "data")}  # all its steps are stored there
+
+    answer = subprocess.run([*command, "--set", OUTSIDE_ONLY[0]], env=environment, capture_output=True, text=True, check=False)
+
+    assert answer.returncode == INCOMPLETE
+    assert f"op-01 is uncovered: {operation['detail']}" in answer.stdout
 
 
 def test_from_inside_it_is_held_by_fingers_that_keep_every_promise(bush: Path, designed: Any) -> None:

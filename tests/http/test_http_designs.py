@@ -99,6 +99,17 @@ def test_a_finished_design_holds_its_document_and_files(client, design_id, finis
         assert (len(content), hashlib.sha256(content).hexdigest()) == (file["size"], file["sha256"])
 
 
+def test_a_design_says_over_http_why_an_operation_is_not_covered(client, design_id, finish):
+    sentence = (
+        "held on Ø24.0 mm (segment 2), finger 2 would enter 'cover' by 1.80 mm (0.10 mm of clearance is required) with its tip"
+    )
+    miss = {"component": "rotor", "segment": 2, "sentence": sentence, "amount": 1.9, "unit": "mm", "hit": "cover"}
+    operation = {"id": "op-1", "status": "uncovered", "detail": f"rotor cannot be held: {sentence}", "nearest_miss": miss}
+    finish(design_id, "incomplete", operations=[operation])
+
+    assert client.get(f"/api/v1/designs/{design_id}").json()["design"]["operations"] == [operation]
+
+
 def test_a_failed_design_is_a_resource_that_says_why(client, design_id, jobs):
     jobs.start(design_id, 1)
     jobs.fail(design_id, 1, {"code": "step-failure", "detail": "the step 'segment' crashed with SIGSEGV"})

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import FreeGrasp, OperationVerdict, SegmentVerdict
+from gripwright.domain.grasp import FreeGrasp, NearestMiss, OperationVerdict, SegmentVerdict
 
 
 def without_barred(verdict: OperationVerdict, barred: Mapping[str, Any]) -> OperationVerdict:
@@ -25,8 +25,35 @@ def _lighter(segment: SegmentVerdict, barred: Mapping[str, Any]) -> SegmentVerdi
     if not given_up:
         return segment
     free = tuple(grasp for grasp in segment.free if not _is_barred(grasp, barred))
-    detail = barred[given_up[0].grasp.grip]["detail"]
-    return dataclasses.replace(segment, free=free, rejection=None if free else Rejection("not-held", detail))
+    if free:
+        return dataclasses.replace(segment, free=free)
+    miss = _too_heavy(segment.segment, min(given_up, key=lambda grasp: grasp.hold.required_force_N), barred)
+    return dataclasses.replace(segment, free=free, rejection=Rejection(miss.code, miss.sentence), nearest_miss=miss)
+
+
+def _too_heavy(segment: int, lightest: FreeGrasp, barred: Mapping[str, Any]) -> NearestMiss:
+    """What the grasp that needs the least force asks for; up to which force fingers could be made is not searched for."""
+    grasp, force_N = lightest.grasp, lightest.hold.required_force_N
+    return NearestMiss(
+        code="not-held",
+        quantity="grip force",
+        found=None,
+        limit=force_N,
+        amount=None,
+        unit="N",
+        sentence=(
+            f"held across {grasp.opening_width_mm:.1f} mm (segment {segment}), friction needs a grip force of {force_N:.0f} N "
+            f"against {lightest.hold.moment_Nmm / 1000.0:.1f} N·m about the fingers; "
+            f"no finger bears it: {barred[grasp.grip]['detail']}"
+        ),
+        gripper_type=grasp.gripper_type,
+        grip=grasp.grip,
+        opening_width_mm=grasp.opening_width_mm,
+        grasp=grasp,
+        finger_length_mm=float(lightest.finger_length_min_mm.min()),
+        palm_radius_mm=float(lightest.envelopes_mm[0]),
+        phase="holding",
+    )
 
 
 def _is_barred(free: FreeGrasp, barred: Mapping[str, Any]) -> bool:

@@ -4,7 +4,7 @@ INTERFACE.md, "Touch": gap at most 0.05 mm, surfaces within 5° of parallel alon
 the gripper's z. A little is kept in reserve, so that whoever measures the finished CAD finds the contact too.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +23,7 @@ _PARALLEL_RAD = float(np.radians(4.8))  # of 5°
 _SEARCH_MM = 0.5  # how far the seated surface may lie from the planned one
 _DEPTH_MM = 60.0  # surface farther outside the finger's plane is not looked at
 _SEAT_MM = 0.0005  # the finger stands off the surface's foremost point, so that rounding in files never makes it enter
+SPREAD_MM = TOUCH_GAP_MM - _SEAT_MM  # by so much three fingers on one circle may differ in where they touch
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,26 +57,20 @@ class Surface:
 
 def seat(grasp: Grasp, surface: Surface, hand: HandModel) -> Grasp | Rejection:
     """The grasp with the opening (and, for two fingers, the centre) at which the fingers just touch the component."""
-    gripping = gripping_surface(hand, grasp.grip)
-    sign, (y_low, y_high) = gripping.sign, gripping.y_range
+    sign = gripping_surface(hand, grasp.grip).sign
     levels: list[float] = []
-    for X_GF in hand.finger_poses(grasp.opening_width_mm):
-        x_range = np.sort(sign * np.array([-_SEARCH_MM, _DEPTH_MM]))
-        low, high = np.array([x_range[0], y_low, -np.inf]), np.array([x_range[1], y_high, 0.0])
-        x = gripping.depths_mm(_part(surface, grasp.X_CG @ X_GF, low, high))
-        x = x[x <= _SEARCH_MM]
-        if x.size == 0 or x.max() < -_SEARCH_MM:
-            return Rejection(
-                "no-contact", f"finger {len(levels) + 1} meets no surface within {_SEARCH_MM} mm of the opening width"
-            )
-        levels.append(float(x.max()))
+    for number in range(hand.fingers):
+        level = _level_mm(grasp, number, surface, hand)
+        if level is None:
+            return Rejection("no-contact", f"finger {number + 1} meets no surface within {_SEARCH_MM} mm of the opening width")
+        levels.append(level)
     if len(levels) == 2:
         shift = sign * (levels[0] - levels[1]) / 2.0
         outward = (levels[0] + levels[1]) / 2.0
     else:
         shift, outward = 0.0, max(levels)
         spread = max(levels) - min(levels)
-        if spread > TOUCH_GAP_MM - _SEAT_MM:
+        if spread > SPREAD_MM:
             return Rejection("no-contact", f"one finger stays {spread:.3f} mm off the surface, at most {TOUCH_GAP_MM} mm")
     X_CG = grasp.X_CG.copy()
     X_CG[:3, 3] += X_CG[:3, 0] * shift
@@ -83,23 +78,57 @@ def seat(grasp: Grasp, surface: Surface, hand: HandModel) -> Grasp | Rejection:
     return replace(grasp, X_CG=X_CG, opening_width_mm=float(width))
 
 
+def standing_off_mm(grasp: Grasp, surface: Surface, hand: HandModel) -> list[float | None]:
+    """How far each finger stays off the surface when the first one touches it; None: it meets no surface at all."""
+    levels = [_level_mm(grasp, number, surface, hand) for number in range(hand.fingers)]
+    foremost = max((level for level in levels if level is not None), default=0.0)
+    return [None if level is None else foremost - level for level in levels]
+
+
+def _level_mm(grasp: Grasp, number: int, surface: Surface, hand: HandModel) -> float | None:
+    """How far the surface's foremost point lies within a finger, negative before it; None where there is none to touch."""
+    gripping = gripping_surface(hand, grasp.grip)
+    y_low, y_high = gripping.y_range
+    x_range = np.sort(gripping.sign * np.array([-_SEARCH_MM, _DEPTH_MM]))
+    low, high = np.array([x_range[0], y_low, -np.inf]), np.array([x_range[1], y_high, 0.0])
+    X_GF = hand.finger_poses(grasp.opening_width_mm)[number]
+    x = gripping.depths_mm(_part(surface, grasp.X_CG @ X_GF, low, high))
+    x = x[x <= _SEARCH_MM]
+    return float(x.max()) if x.size and x.max() >= -_SEARCH_MM else None
+
+
 def contacts(
     grasp: Grasp, surface: Surface, hand: HandModel, finger_length_mm: float, min_contact_mm: float
 ) -> tuple[Contact, ...] | Rejection:
     """The contact of each finger of a seated grasp, or why one does not touch as it must."""
-    height_all = float(np.ptp(surface.vertices @ grasp.X_CG[:3, 2]))
-    needed = min(min_contact_mm, height_all)
+    needed = needed_height_mm(grasp, surface, min_contact_mm)
     found = []
     for number, X_GF in enumerate(hand.finger_poses(grasp.opening_width_mm), start=1):
         touching = _touching(surface, grasp.X_CG @ X_GF, gripping_surface(hand, grasp.grip), finger_length_mm)
-        z = [np.stack([patch[..., 2].min(axis=1), patch[..., 2].max(axis=1)], axis=1) for _, patch in touching]
-        run = longest_run(np.concatenate([np.empty((0, 2)), *z]), join=1e-4)
+        run = _run_mm(touching)
         if run < needed - 1e-6:
             return Rejection(
                 "no-contact", f"finger {number} touches along {run:.2f} mm of parallel surface, at least {needed:.2f} mm"
             )
         found.append(_contact(touching, run, gripping_surface(hand, grasp.grip).sign))
     return tuple(found)
+
+
+def needed_height_mm(grasp: Grasp, surface: Surface, min_contact_mm: float) -> float:
+    """How high a contact has to be: the least contact, or the component's whole height where it is lower."""
+    return min(min_contact_mm, float(np.ptp(surface.vertices @ grasp.X_CG[:3, 2])))
+
+
+def contact_heights_mm(grasp: Grasp, surface: Surface, hand: HandModel, finger_length_mm: float) -> list[float]:
+    """Along how much of its height each finger of a seated grasp touches parallel surface, 0: nowhere."""
+    gripping = gripping_surface(hand, grasp.grip)
+    poses = hand.finger_poses(grasp.opening_width_mm)
+    return [_run_mm(_touching(surface, grasp.X_CG @ X_GF, gripping, finger_length_mm)) for X_GF in poses]
+
+
+def _run_mm(touching: Sequence[tuple[FloatArray, FloatArray]]) -> float:
+    z = [np.stack([patch[..., 2].min(axis=1), patch[..., 2].max(axis=1)], axis=1) for _, patch in touching]
+    return longest_run(np.concatenate([np.empty((0, 2)), *z]), join=1e-4)
 
 
 def _touching(
@@ -136,6 +165,15 @@ def forbidden_touch(
     grasp: Grasp, regions: Sequence[tuple[Forbidden, Surface]], hand: HandModel, finger_length_mm: float
 ) -> Rejection | None:
     """Why the grasp would touch surface that must not be touched, or None. Each region comes with its own triangles."""
+    for number, region, _ in forbidden_reaches(grasp, regions, hand, finger_length_mm):
+        return Rejection("no-grasp", f"finger {number} would touch {region.reason}, which must not be touched")
+    return None
+
+
+def forbidden_reaches(
+    grasp: Grasp, regions: Sequence[tuple[Forbidden, Surface]], hand: HandModel, finger_length_mm: float
+) -> Iterator[tuple[int, Forbidden, float]]:
+    """Each finger that would touch a region, and how far (mm) it reaches over it: from its tip or from a side, the lesser."""
     gripping = gripping_surface(hand, grasp.grip)
     y_low, y_high = gripping.y_range
     inner, outer = sorted((0.0, gripping.sign * gripping.thickness_mm))
@@ -144,16 +182,17 @@ def forbidden_touch(
     for region, surface in regions:
         for number, X_GF in enumerate(hand.finger_poses(grasp.opening_width_mm), start=1):
             X_CF = grasp.X_CG @ X_GF
-            patch = _part(surface, X_CF, low, high)
-            if len(patch) and _within(region, transform(X_CF, patch)):
-                return Rejection("no-grasp", f"finger {number} would touch {region.reason}, which must not be touched")
-    return None
+            touched = _within(region, transform(X_CF, _part(surface, X_CF, low, high)))
+            if len(touched):
+                _, y, z = np.moveaxis(transform(inverse(X_CF), touched), -1, 0)
+                yield number, region, float(min(-z.min(), y_high - y.min(), y.max() - y_low))
 
 
-def _within(region: Forbidden, triangles_C: FloatArray) -> bool:
-    if region.box_min_C is None or region.box_max_C is None:
-        return True
-    return len(clip_to_box(triangles_C, region.box_min_C, region.box_max_C)) > 0
+def _within(region: Forbidden, triangles_C: FloatArray) -> FloatArray:
+    """The parts of triangles (m, 3, 3) that belong to the region."""
+    if region.box_min_C is None or region.box_max_C is None or not len(triangles_C):
+        return triangles_C
+    return clip_to_box(triangles_C, region.box_min_C, region.box_max_C)
 
 
 def _part(surface: Surface, X_CF: FloatArray, low: FloatArray, high: FloatArray, chosen: BoolArray | None = None) -> FloatArray:

@@ -7,7 +7,7 @@ inside a solid either. FCL's answer about surfaces is therefore an answer about 
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,6 +33,7 @@ class Miss:
     stage: int
     code: str
     detail: str
+    grasp: Grasp | None = field(default=None, compare=False)  # as it was planned
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

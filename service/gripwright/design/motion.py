@@ -94,12 +94,20 @@ def _goes_on(before: FloatArray, move: FloatArray) -> bool:
 
 def sampled(motion: FloatArray, count: int) -> list[FloatArray]:
     """About `count` poses along the motion besides its given ones, start and end included, in order."""
-    sizes = np.array([_size(end @ inverse(start)) for start, end in pairwise(motion)])
+    sizes = np.array([path_mm(end @ inverse(start)) for start, end in pairwise(motion)])
     shares = np.ceil(count * sizes / max(float(sizes.sum()), _STILL)).astype(int)
     result = [motion[0]]
     for start, end, parts in zip(motion[:-1], motion[1:], np.maximum(shares, 1), strict=True):
         result += _divided(start, end, int(parts))
     return result
+
+
+def pose_at(motion: FloatArray, share: float) -> FloatArray:
+    """The pose of a motion (k, 4, 4) at about a share of its path, to a hundredth."""
+    poses = sampled(motion, 100)
+    lengths = np.array([path_mm(end @ inverse(start)) for start, end in pairwise(poses)])
+    shares = np.append(0.0, np.cumsum(lengths)) / max(float(lengths.sum()), _STILL)
+    return poses[int(np.abs(shares - share).argmin())]
 
 
 def _divided(start: FloatArray, end: FloatArray, parts: int) -> list[FloatArray]:
@@ -117,7 +125,7 @@ def _divided(start: FloatArray, end: FloatArray, parts: int) -> list[FloatArray]
     return [*(moves @ start), end]
 
 
-def _size(move: FloatArray) -> float:
+def path_mm(move: FloatArray) -> float:
     """Length of a move: its translation, and its rotation as the arc at a radius of 50 mm."""
     return float(np.linalg.norm(move[:3, 3])) + 50.0 * _turn_rad(move)
 
@@ -214,6 +222,11 @@ class Sweeps:
         if key not in self._shapes:
             self._shapes[key] = ConvexShape(_hull(self._way[k], vertices, margin_mm, placed[start : end + 1], start))
         return self._shapes[key]
+
+
+def step_solid(stretch: Stretch, number: int, vertices: FloatArray, margin_mm: float, X_PB: FloatArray) -> FloatArray:
+    """Points whose hull holds what the solid (frame B) sweeps in one step of a stretch, in its frame at the step's start."""
+    return _hull(stretch, vertices, margin_mm, stretch.poses[number : number + 2] @ X_PB, number)
 
 
 def _hull(stretch: Stretch, vertices: FloatArray, margin_mm: float, placed: FloatArray, start: int) -> FloatArray:

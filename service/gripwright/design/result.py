@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from gripwright.design.miss_document import miss_document
 from gripwright.design.plan import Plan
+from gripwright.design.shortfall import closest_segment
 from gripwright.design.stages.bom import BomRow, bom
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.design.stages.select import Selection
@@ -116,8 +118,12 @@ def _operations(parts: DesignParts) -> dict[str, dict[str, Any]]:
 
 def _operation(operation: Operation, handled: tuple[Gripper, Handle, HandleReport] | None, parts: DesignParts) -> dict[str, Any]:
     answer: dict[str, Any] = {"id": operation.id, "status": "uncovered", "component": None, "gripper": None, "detail": None}
+    answer["nearest_miss"] = None
     if handled is None:
         default = "the optimiser left the operation uncovered"
+        nearest = next((closest_segment(verdict) for verdict in parts.verdicts if verdict.operation == operation.id), None)
+        if nearest is not None:
+            answer["nearest_miss"] = {"component": nearest.component, "segment": nearest.segment, **miss_document(nearest.miss)}
         return {**answer, "detail": parts.selection.not_covered.get(operation.id, default)}
     gripper, handle, check = handled
     answer |= {"component": handle.component, "gripper": gripper.id}
@@ -160,6 +166,7 @@ def _segment(item: SegmentAnalysis, analysis: Analysis, verdict: SegmentVerdict 
         "graspable": bool(free),
         "rejection": rejection.code if rejection is not None else None,
         "detail": rejection.detail if rejection is not None else None,
+        "nearest_miss": miss_document(verdict.nearest_miss) if verdict is not None and verdict.nearest_miss is not None else None,
         "grasps_planned": verdict.grasps_planned if verdict is not None else 0,
         "grasps_free": len(free),
     }

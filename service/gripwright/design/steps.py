@@ -8,6 +8,7 @@ import numpy as np
 
 from gripwright.design import catalogue, scenes
 from gripwright.design.barred import without_barred
+from gripwright.design.gauge import Envelopes
 from gripwright.design.hand_check import OperationScene
 from gripwright.design.operation_class import OperationClass, PlacedComponent, classify
 from gripwright.design.overlap import deepest_overlap
@@ -134,7 +135,7 @@ def _judged(
     held: Participant,
     plan: Plan,
     toolbox: Toolbox,
-    envelopes: constraints.Envelopes,
+    envelopes: Envelopes,
     ctx: RunContext,
 ) -> tuple[SegmentVerdict, ...]:
     """How each segment of one component fares in the operation."""
@@ -179,7 +180,7 @@ def _overlap_warnings(operation: Operation, inputs: Mapping[str, Any], plan: Pla
     return (f"{operation.id}: {found}; its grasps are judged all the same",)
 
 
-def _envelopes(actuators: Sequence[Actuator], owned: Sequence[Gripper]) -> constraints.Envelopes:
+def _envelopes(actuators: Sequence[Actuator], owned: Sequence[Gripper]) -> Envelopes:
     """The palm envelopes, rounded up to rungs, of the actuators and of the owned grippers that may hold a width."""
 
     def of(gripper_type: str, opening_width_mm: float) -> FloatArray:

@@ -69,6 +69,34 @@ class FreeGrasp:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class NearestMiss:
+    """Of the grasps of a rejected segment the one that came closest, and the constraint that it misses by most.
+
+    It needs `limit` of `quantity` and has `found`; `amount` is what is missing, in `unit`.
+    """
+
+    code: str
+    quantity: str  # "clearance", "contact height", "surface gap", "grip force", "friction", "opening", "no-grasp"
+    found: float | None
+    limit: float
+    amount: float | None
+    unit: str  # "mm", "N", "" for a coefficient
+    sentence: str
+    gripper_type: str
+    grip: str
+    opening_width_mm: float
+    grasp: Grasp | None = None  # None: no gripper goes in, however it is turned
+    finger_length_mm: float | None = None
+    palm_radius_mm: float | None = None
+    part: str | None = None  # of the gripper: "finger 2", "palm"
+    side: str | None = None  # of that part, where the way out is shortest: "tip", "outer face", "side", "gripping face", "back"
+    hit: str | None = None  # component or obstacle; the held component itself, where it is its own body
+    phase: str | None = None  # "taking-up", "closing", "motion", "opening", "leaving", "holding"
+    place: float | None = None  # share of the motion, by path, at which it first comes too near
+    point_P: FloatArray | None = None  # (3,) where, product frame; of what moves with the component, before the motion
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SegmentVerdict:
     """How one segment of one component fares in one operation: free grasps, or the first constraint that failed."""
 
@@ -77,6 +105,7 @@ class SegmentVerdict:
     grasps_planned: int
     free: tuple[FreeGrasp, ...]
     rejection: Rejection | None
+    nearest_miss: NearestMiss | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -137,6 +137,12 @@ class Scene:
                     break
         return found
 
+    def touched(self, shape: ConvexShape, X: FloatArray) -> list[PlacedSurface]:
+        """All meshes whose surface the solid touches at pose X of the scene's frame."""
+        near = self._near(shape, X, 0.0)
+        solid = shape.placed(X)
+        return [self._items[i] for i in near if fcl.collide(solid, self._objects[i], _REQUEST, fcl.CollisionResult())]
+
     def distance(self, shape: ConvexShape, X: FloatArray, limit: float = np.inf) -> tuple[float, str | None]:
         """Least distance of the solid to any surface and that mesh's name; 0 where they touch; `limit`, None beyond it."""
         best, name = limit, None

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from gripwright.domain.shape import FloatArray, IntArray
+from gripwright.domain.shape import FloatArray, IntArray, Mesh
 
 _CORNERS = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 
@@ -54,6 +54,12 @@ def _is_prism(vertices: FloatArray, axis: int) -> bool:
 def hull_vertices(points: FloatArray) -> FloatArray:
     """Those of the points that are corners of their convex hull; the same points are asked about again and again."""
     return np.asarray(points[_hull_corners(points.tobytes())])
+
+
+def hull_mesh(points: FloatArray) -> Mesh:
+    """The convex hull of points as a mesh, for pictures: its faces look either way."""
+    hull = ConvexHull(points)
+    return Mesh(vertices_mm=np.asarray(points, dtype=float), faces=hull.simplices.astype(np.int64))
 
 
 @lru_cache(maxsize=1024)

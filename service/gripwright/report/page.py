@@ -45,7 +45,7 @@ def report_page(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
             _summary(document),
             _grippers(result, views),
             _bill(document),
-            _operations(document),
+            _operations(document, views),
             _handles(result, views),
             _components(result, views),
             _warnings(document),
@@ -99,7 +99,7 @@ def _bill(document: Mapping[str, Any]) -> str:
     return "<h2>Bill of materials</h2>" + _table(columns, [[_text(row.get(key)) for key in columns] for row in rows])
 
 
-def _operations(document: Mapping[str, Any]) -> str:
+def _operations(document: Mapping[str, Any], views: Views) -> str:
     rows = [
         [
             escape(operation["id"]),
@@ -111,7 +111,18 @@ def _operations(document: Mapping[str, Any]) -> str:
         ]
         for operation in document["operations"]
     ]
-    return "<h2>Operations</h2>" + _table(["operation", "status", "kind", "component", "gripper", "reason"], rows)
+    cards = [
+        _figure(
+            views.misses[operation["id"]],
+            f"<strong>{escape(operation['id'])}</strong>: closest came {_text(operation['nearest_miss']['grasp'])}; "
+            f"{_text(operation['nearest_miss']['sentence'])}",
+            f"nearest miss of {operation['id']}",
+        )
+        for operation in document["operations"]
+        if operation["id"] in views.misses
+    ]
+    table = _table(["operation", "status", "kind", "component", "gripper", "reason"], rows)
+    return f"<h2>Operations</h2>{table}" + (f'<div class="cards">{"".join(cards)}</div>' if cards else "")
 
 
 def _handles(result: DesignResult, views: Views) -> str:

@@ -16,6 +16,7 @@ _SAMPLES = 2  # rays a pixel, along each axis
 _LIGHT = np.array([0.35, 0.25, 0.9]) / np.linalg.norm([0.35, 0.25, 0.9])  # seen from the camera: right, up, towards it
 _FAR_MM = 1e6
 _BACKGROUND = np.array([1.0, 1.0, 1.0])
+_MARK, _RING = np.array([0.85, 0.05, 0.05]), (26.0, 34.0)  # inner and outer radius, samples
 
 Camera = tuple[FloatArray, FloatArray, FloatArray]
 """Unit vectors of a view: right, up, towards the viewer."""
@@ -36,11 +37,18 @@ def shown(mesh: Mesh, X: FloatArray, colour: Sequence[float] | FloatArray) -> Sh
 
 
 def picture(
-    items: Sequence[Shown], *, direction: Sequence[float], width: int = 480, height: int = 360, focus: FloatArray | None = None
+    items: Sequence[Shown],
+    *,
+    direction: Sequence[float],
+    width: int = 480,
+    height: int = 360,
+    focus: FloatArray | None = None,
+    mark: FloatArray | None = None,
 ) -> bytes:
     """A PNG of the items seen orthographically along `direction` (from the viewer), +z up.
 
     `focus`: points (n, 3) that fill the picture; everything, where None.
+    A red ring is drawn around the point `mark` (3,), whatever stands before it.
     """
     points = np.concatenate([item.mesh.vertices_mm @ item.X[:3, :3].T + item.X[:3, 3] for item in items])
     offsets = np.cumsum([0, *(len(item.mesh.vertices_mm) for item in items)])
@@ -53,6 +61,8 @@ def picture(
     lines = _lines(looks.kind[face], looks.normal[face], depth, rays.pixel_mm)
     image = looks.colour[face]
     image[lines] *= 0.45
+    if mark is not None:
+        image[rays.ring(mark)] = _MARK
     return _png(image.reshape(height, _SAMPLES, width, _SAMPLES, 3).mean(axis=(1, 3)))
 
 
@@ -99,9 +109,16 @@ class _Rays:
         along = (v.min() + v.max()) / 2.0 - (np.arange(rows) - (rows - 1) / 2.0) * self.pixel_mm
         front = float((points @ towards).max()) + 1.0
         grid_u, grid_v = np.meshgrid(across, along)
+        self._right, self._up, self._grid = right, up, (grid_u, grid_v)
         self._origins = grid_u.reshape(-1, 1) * right + grid_v.reshape(-1, 1) * up + front * towards
         self._direction = -towards
         self._points = points
+
+    def ring(self, point: FloatArray) -> BoolArray:
+        """The samples of a ring around a point, (rows, columns)."""
+        grid_u, grid_v = self._grid
+        radius = np.hypot(grid_u - point @ self._right, grid_v - point @ self._up) / self.pixel_mm
+        return np.asarray((radius >= _RING[0]) & (radius <= _RING[1]))
 
     def cast(self, faces: IntArray) -> tuple[IntArray, npt.NDArray[np.float32]]:
         """Face of each sample (rows, columns), −1: none, and its depth, mm."""

@@ -3,16 +3,20 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from gripwright.cad.colour import segment_colours
 from gripwright.design.gripper_assembly import gripper_parts
+from gripwright.design.motion import pose_at
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
+from gripwright.domain.assembly import Operation
 from gripwright.domain.gripper import Gripper, Handle
 from gripwright.domain.shape import Analysis, FloatArray
 from gripwright.geometry.rays import thread_pool
+from gripwright.geometry.solids import hull_mesh
 from gripwright.plugin_api import HandModel
 from gripwright.report.pictures import Shown, picture, shown
 
@@ -20,6 +24,8 @@ _VIEW = (-1.0, 1.4, -0.8)
 _HELD = (0.90, 0.62, 0.00)
 _STANDING = (0.80, 0.83, 0.86)
 _OBSTACLE = (0.62, 0.66, 0.60)
+_HAND, _MISSED = (0.35, 0.50, 0.68), (0.80, 0.22, 0.16)
+_SHORTEST_MM, _PALM_MM = 15.0, 12.0  # as drawn
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,6 +35,7 @@ class Views:
     components: tuple[bytes, ...]
     grippers: Mapping[str, bytes]  # by gripper, of those with CAD
     handles: Mapping[str, bytes]  # by operation, of the same
+    misses: Mapping[str, bytes]  # by operation, of those without any free grasp
 
 
 def design_views(result: DesignResult, hands: Mapping[str, HandModel]) -> Views:
@@ -39,14 +46,18 @@ def design_views(result: DesignResult, hands: Mapping[str, HandModel]) -> Views:
     drawings += [partial(gripper_view, gripper, cad, hands[gripper.gripper_type]) for gripper, cad in made]
     held = [(gripper, handle, cad) for gripper, cad in made for handle in gripper.handles]
     drawings += [partial(handle_view, result, gripper, handle, cad, hands[gripper.gripper_type]) for gripper, handle, cad in held]
+    missed = [entry for entry in result.document["operations"] if (entry["nearest_miss"] or {}).get("grasp_pose")]
+    drawings += [partial(miss_view, result, entry["id"], entry["nearest_miss"], hands) for entry in missed]
     with thread_pool() as pool:
         pictures = list(pool.map(lambda draw: draw(), drawings))
     first, second = len(analyses), len(analyses) + len(made)
+    third = second + len(held)
     of_analysis = dict(zip(analyses, pictures[:first], strict=True))
     return Views(
         components=tuple(of_analysis[id(analysis)] for analysis in result.analyses),
         grippers=dict(zip((gripper.id for gripper, _ in made), pictures[first:second], strict=True)),
-        handles=dict(zip((handle.operation for _, handle, _ in held), pictures[second:], strict=True)),
+        handles=dict(zip((handle.operation for _, handle, _ in held), pictures[second:third], strict=True)),
+        misses=dict(zip((entry["id"] for entry in missed), pictures[third:], strict=True)),
     )
 
 
@@ -64,9 +75,42 @@ def gripper_view(gripper: Gripper, cad: GripperCad, hand: HandModel) -> bytes:
 def handle_view(result: DesignResult, gripper: Gripper, handle: Handle, cad: GripperCad, hand: HandModel) -> bytes:
     """The gripper on its component at the end of the operation, among everything that stands there."""
     operation = next(item for item in result.task.operations if item.id == handle.operation)
+    held, standing = _around(result, operation, operation.motion[-1])
+    X_PC = next(component.X_PC for component in result.task.components if component.id == handle.component)
+    X_PG = operation.motion[-1] @ X_PC @ handle.grasp.X_CG
+    hand_parts = _parts(gripper, cad, hand, handle.opening_width_mm, X_PG)
+    fingers = [shown(cad.finger.mesh, X_PG @ X_GF, _HELD) for X_GF in hand.finger_poses(handle.opening_width_mm)]
+    focus = np.concatenate([_points(item) for item in [*held, *fingers]])
+    return picture([*hand_parts, *held, *standing], direction=_VIEW, focus=focus)
+
+
+def miss_view(result: DesignResult, operation_id: str, miss: Mapping[str, Any], hands: Mapping[str, HandModel]) -> bytes:
+    """The hand of the grasp that came closest, where it fails: what is in the way of what, and a ring around the place."""
+    operation = next(item for item in result.task.operations if item.id == operation_id)
+    at_start = miss["phase"] in ("taking-up", "closing")
+    place = operation.motion[0 if at_start else -1] if miss["place"] is None else pose_at(operation.motion, miss["place"])
+    held, standing = _around(result, operation, place)
+    X_PC = next(component.X_PC for component in result.task.components if component.id == miss["component"])
+    X_PG = place @ X_PC @ np.array(miss["grasp_pose"])
+    hand, length = hands[miss["gripper_type"]], max(miss["finger_length"], _SHORTEST_MM)
+    fingers = [
+        shown(hull_mesh(solid.vertices_mm), X_PG @ X_GF, _MISSED if miss["part"] == f"finger {number}" else _HAND)
+        for number, X_GF in enumerate(hand.finger_poses(miss["opening_width"]), start=1)
+        for solid in hand.finger(length, miss["grip"])
+    ]
+    palm = [
+        shown(hull_mesh(solid.vertices_mm), X_PG, _MISSED if miss["part"] == "the palm" else _HAND)
+        for solid in hand.palm(length, miss["palm_radius"] or _SHORTEST_MM, _PALM_MM)
+    ]
+    focus = np.concatenate([_points(item) for item in [*held, *fingers]])
+    mark = None if miss["point"] is None else np.array(miss["point"])
+    return picture([*fingers, *palm, *held, *standing], direction=_VIEW, focus=focus, mark=mark)
+
+
+def _around(result: DesignResult, operation: Operation, place: FloatArray) -> tuple[list[Shown], list[Shown]]:
+    """What moves, displaced by `place`, and what stands around in an operation."""
     meshes = {c.id: a.mesh for c, a in zip(result.task.components, result.analyses, strict=True)}
     X_PC = {component.id: component.X_PC for component in result.task.components}
-    place = operation.motion[-1]
     held = [shown(meshes[name], place @ X_PC[name], _HELD) for name in operation.active]
     standing = [shown(meshes[name], X_PC[name], _STANDING) for name in operation.passive]
     standing += [
@@ -74,11 +118,7 @@ def handle_view(result: DesignResult, gripper: Gripper, handle: Handle, cad: Gri
         for item in result.task.obstacles
         if item.operations is None or operation.id in item.operations
     ]
-    X_PG = place @ X_PC[handle.component] @ handle.grasp.X_CG
-    hand_parts = _parts(gripper, cad, hand, handle.opening_width_mm, X_PG)
-    fingers = [shown(cad.finger.mesh, X_PG @ X_GF, _HELD) for X_GF in hand.finger_poses(handle.opening_width_mm)]
-    focus = np.concatenate([_points(item) for item in [*held, *fingers]])
-    return picture([*hand_parts, *held, *standing], direction=_VIEW, focus=focus)
+    return held, standing
 
 
 def _parts(gripper: Gripper, cad: GripperCad, hand: HandModel, opening_mm: float, X: FloatArray) -> list[Shown]:

@@ -1,27 +1,27 @@
 """Grasp constraints of one operation: every segment's grasps judged along the whole motion (paper, section 5.2)."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gripwright.design import reason
 from gripwright.design.contact import Contact, Surface, contacts, forbidden_touch, seat
+from gripwright.design.gauge import Attempt, Circumstances, Envelopes
 from gripwright.design.gripping_surface import gripping_surface
 from gripwright.design.hand_check import HandCheck, Miss, OperationScene
 from gripwright.design.holding import contact_radius_mm, hold
 from gripwright.design.holding_load import operation_load
+from gripwright.design.nearest_miss import closest_grasp
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import INTERNAL, FreeGrasp, Grasp, GripRequirement, SegmentVerdict
+from gripwright.domain.grasp import INTERNAL, FreeGrasp, Grasp, GripRequirement, NearestMiss, SegmentVerdict
 from gripwright.domain.shape import FloatArray, Mesh, SegmentAnalysis
 from gripwright.geometry.measures import submesh
 from gripwright.plugin_api import HandModel, RunContext
-
-Envelopes = Callable[[str, float], FloatArray]
-"""(gripper type, opening width) → radii of the palm envelopes that the actuators at hand need, ascending."""
 
 _ENOUGH, _ENOUGH_TURNING = 48, 12
 """Free grasps of one requirement after which no more are judged: planners name the best of every direction first."""
@@ -52,6 +52,7 @@ def judge_segment(
     judge = _Judge(held, scene, envelopes, ctx)
     free: list[FreeGrasp] = []
     misses: list[Miss] = []
+    attempts: list[Attempt] = []
     planned = 0
     answered = requirements[0]
     for requirement in requirements:
@@ -73,13 +74,35 @@ def judge_segment(
             answered = requirement if found and not free else answered
             free += found
             misses += missed
+            attempts.append(Attempt(requirement=requirement, hand=hand, check=check, radius_mm=radius_mm, missed=tuple(missed)))
+    nearest = None
+    if not free:
+        with ctx.timed("constraints.reasons"):
+            nearest = _nearest(analysis.segment.id, requirements, attempts, judge, toolbox)
     return SegmentVerdict(
         segment=analysis.segment.id,
         requirement=answered,
         grasps_planned=planned,
         free=tuple(free),
-        rejection=None if free else _why_none(requirements, misses),
+        rejection=None if free else _why_none(requirements, misses, nearest, planned),
+        nearest_miss=nearest,
     )
+
+
+def _nearest(
+    segment: int, requirements: Sequence[GripRequirement], attempts: Sequence[Attempt], judge: "_Judge", toolbox: Toolbox
+) -> NearestMiss | None:
+    """Of the grasps that failed the one that came closest; of bores that no hand enters the widest."""
+    closest = closest_grasp(attempts, judge.circumstances)
+    if closest is not None:
+        return reason.nearest_miss(closest, segment, judge.component, judge.circumstances.scene)
+    clearance_mm = judge.circumstances.scene.release_clearance_mm
+    narrow = [(need, toolbox.hands[need.gripper_type]) for need in requirements]
+    narrow = [entry for entry in narrow if _too_narrow(*entry, clearance_mm) is not None]
+    if not narrow:
+        return None
+    need, hand = max(narrow, key=lambda entry: entry[0].opening_width_mm)
+    return reason.narrow_bore(need, segment, hand.fingers, hand.opening_floor_mm(INTERNAL) + clearance_mm)
 
 
 class _Judge:
@@ -87,6 +110,7 @@ class _Judge:
 
     def __init__(self, held: HeldComponent, scene: OperationScene, envelopes: Envelopes, ctx: RunContext) -> None:
         self._held, self._scene, self._envelopes, self._ctx = held, scene, envelopes, ctx
+        self.component = held.component.id
         self._load = operation_load(scene.motion, scene.X_PC, held.centroid_C, held.mass_kg, held.force_N)
         self._surface = Surface(held.solid)
         self._regions = [
@@ -94,6 +118,15 @@ class _Judge:
             for region in held.forbidden
             if region.faces.any()
         ]
+        self.circumstances = Circumstances(
+            scene=scene,
+            surface=self._surface,
+            regions=self._regions,
+            load=self._load,
+            friction=held.component.friction,
+            min_contact_mm=ctx.min_contact_mm,
+            envelopes=envelopes,
+        )
 
     def first_free(
         self, grasps: Sequence[Grasp], hand: HandModel, check: HandCheck, radius_mm: float
@@ -104,7 +137,7 @@ class _Judge:
         for grasp, rough in zip(grasps, check.roughs(grasps, self._ctx.min_contact_mm), strict=True):
             verdict = rough or self._judge(grasp, hand, check, radius_mm)
             if isinstance(verdict, Miss):
-                misses.append(verdict)
+                misses.append(replace(verdict, grasp=grasp))
                 continue
             free.append(verdict)
             if len(free) == (_ENOUGH_TURNING if check.turning else _ENOUGH):
@@ -182,8 +215,13 @@ def _too_narrow(requirement: GripRequirement, hand: HandModel, release_clearance
     return Miss(stage=0, code="too-narrow", detail=detail)
 
 
-def _why_none(requirements: Sequence[GripRequirement], misses: Sequence[Miss]) -> Rejection:
-    """The failure of the grasps that came closest, with how many grasps failed so."""
+def _why_none(
+    requirements: Sequence[GripRequirement], misses: Sequence[Miss], nearest: NearestMiss | None, planned: int
+) -> Rejection:
+    """The constraint that the grasp misses that came closest, as a sentence; where none was measured, what most grasps failed."""
+    if nearest is not None:
+        among = f" (the closest found of {planned} grasps)" if planned > 1 else ""
+        return Rejection(nearest.code, f"{nearest.sentence}{among}")
     if not misses:
         widths = ", ".join(f"{need.opening_width_mm:.1f} mm" for need in requirements)
         return Rejection("no-contact", f"no pair of parallel facets, or no height, to grasp at {widths}")
