@@ -33,8 +33,8 @@ from gripwright.cad.package import read_package
 from gripwright.design.hand_check import HandCheck, OperationScene
 from gripwright.design.plan import plan_of
 from gripwright.design.scenes import Body, held_component, operation_scene
-from gripwright.design.stages.constraints import HeldComponent, judge_segment
 from gripwright.design.stage_table import STAGES
+from gripwright.design.stages.constraints import HeldComponent, judge_segment
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import Component, Operation
 from gripwright.domain.errors import Rejection

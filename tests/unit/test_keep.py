@@ -9,9 +9,9 @@ import pytest
 from gripwright.design.analysis import analyse
 from gripwright.design.plan import Plan, plan_of
 from gripwright.design.runner import Ref
+from gripwright.design.stage_table import STAGES
 from gripwright.design.stages.keep import explained_share, keep
 from gripwright.design.step_values import PreparedShape
-from gripwright.design.stage_table import STAGES
 from gripwright.domain.errors import Rejection
 from gripwright.domain.shape import Analysis, Box, Cylinder, Mesh, Primitive, Segment, SegmentAnalysis
 from gripwright.geometry.measures import face_areas_mm2
