@@ -1,7 +1,5 @@
 """A cylinder by least squares on the true corners of the faces that follow it, without what recedes from it. Compiled."""
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
@@ -32,20 +30,16 @@ _SINGULAR = 1e-14
 _STRIP = 1e4  # of `bent`: no strip of a plane
 
 
-class Refined(NamedTuple):
-    """A fitted cylinder; lengths are shares of the patch's size."""
-
-    cylinder: FloatArray  # (8,) as a hypothesis
-    rms: float
-    radius_sigma: float
-    axis_sigma_rad: float
-    facet_rad: float
-    bent: float  # by how much a plane's sum of squares is larger, in squared standard deviations; 0 for a strip of a plane
-    pattern: float  # correlation of neighbouring corners' distances: 0 for noise, 1 where the shape is another
-    arc_rad: float  # longest run of facets side by side
-    worth: float  # how little likely so many points so near are by chance: minus the logarithm
-    area: float
-    score: float  # area times the digits of its closeness; 0: no cylinder
+RMS, RADIUS_SIGMA, AXIS_SIGMA = 8, 9, 10
+FACET = 11  # angle of a facet, rad; 0 for a prism
+BENT = 12  # by how much a plane's sum of squares is larger, in squared standard deviations; 0 for a strip of a plane
+PATTERN = 13  # correlation of neighbouring corners' distances: 0 for noise, 1 where the shape is another
+ARC = 14  # longest run of facets side by side, rad
+WORTH = 15  # how little likely so many points so near are by chance: minus the logarithm
+AREA = 16
+SCORE = 17  # area times the digits of its closeness; 0: no cylinder
+WIDTH = 18
+"""Columns of a fitted cylinder after those of a hypothesis; lengths are shares of the patch's size."""
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -55,13 +49,16 @@ def tolerance(cylinder: FloatArray, rms: float) -> float:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def refined(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, start: FloatArray, far: float) -> Refined:
-    """Least squares from a start; twice, since better knows better which faces follow.
+def refine(
+    patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, start: FloatArray, far: float, found: FloatArray
+) -> bool:
+    """Write the least squares from a start to `found` (18,); twice, since better knows better which faces follow.
 
-    `chosen` are the faces looked at, `shares` the area that each stands for.
+    `chosen` are the faces looked at, `shares` the area that each stands for. False where there is no cylinder.
     """
-    nothing = Refined(start.copy(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    cylinder, rms = start.copy(), 0.0
+    found[:] = 0.0
+    cylinder, rms = found[:RMS], 0.0
+    cylinder[:] = start[:RMS]
     corners, points, kept = np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.bool_)
     near = np.zeros(0, np.bool_)
     matrix = np.empty((5, 5))
@@ -72,22 +69,22 @@ def refined(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatAr
         points = places_of(patch, corners)
         kept, rms, matrix = _trimmed(points, cylinder, band, again == 1)
         if not len(kept) or not 0.0 < cylinder[RADIUS] < LARGEST_RADIUS:
-            return nothing
+            return False
     rms, matrix = _levelled(points, kept, cylinder, rms, matrix)
-    radius_sigma, axis_sigma = _errors(matrix, rms, int(kept.sum()))
-    if not radius_sigma >= 0.0:
-        return nothing
-    area = 0.0
+    found[RMS] = rms
+    found[RADIUS_SIGMA], found[AXIS_SIGMA] = _errors(matrix, rms, int(kept.sum()))
+    if not found[RADIUS_SIGMA] >= 0.0:
+        return False
     for s in range(len(chosen)):
         if near[s]:
-            area += shares[s]
-    score = scored(patch, normals, chosen, shares, cylinder, far)
-    facet, arc = facets_of(patch, chosen, shares, near, corners[kept], cylinder)
-    worth, pattern = worth_of(patch, corners, cylinder, far), pattern_of(patch, chosen, near, cylinder, rms)
+            found[AREA] += shares[s]
+    found[FACET], found[ARC] = facets_of(patch, chosen, shares, near, corners[kept], cylinder)
+    found[WORTH], found[PATTERN] = worth_of(patch, corners, cylinder, far), pattern_of(patch, chosen, near, cylinder, rms)
     bent = bent_over_plane(points[kept], rms)
-    if bent < _STRIP and worth_of_plane(patch, points[kept], far) > 2.0 * worth_of(patch, every_corner(patch), cylinder, far):
-        bent = 0.0
-    return Refined(cylinder, rms, radius_sigma, axis_sigma, facet, bent, pattern, arc, worth, area, score)
+    if bent >= _STRIP or worth_of_plane(patch, points[kept], far) <= 2.0 * worth_of(patch, every_corner(patch), cylinder, far):
+        found[BENT] = bent
+    found[SCORE] = scored(patch, normals, chosen, shares, cylinder, far)
+    return bool(found[SCORE] > 0.0)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

@@ -23,21 +23,20 @@ from gripwright_builtin.fitters.proposals import (
     support,
     voices,
 )
-from gripwright_builtin.fitters.refinement import CLEAN, FAR, Refined, refined, tolerance
-from gripwright_builtin.fitters.weighing import ACROSS, POLISHED, bulges, clear, distinct, nothing, weighed
+from gripwright_builtin.fitters.refinement import AREA, CLEAN, FACET, FAR, RMS, SCORE, WIDTH, refine, tolerance
+from gripwright_builtin.fitters.weighing import ACROSS, POLISHED, bulges, clear, distinct, weigh
 
 _DRAWN = 700  # faces that the search looks at
 _CORNERED = 300  # more for their true corners
-_GLANCE = 12  # pairs of faces for a first look
-_PAIRS = 36
-_CAPS = 4  # planes taken as end faces
 _HYPOTHESES = 600
 _TRIES = 3  # cylinders looked for, of each sign
-_TRIES_NOISY = 2
+_LOOKS = ((12, 0, 1), (36, 4, _TRIES), (36, 4, 2))
+"""Pairs of faces, planes taken as end faces and tries of a first look, of one at exact normals, of one at smooth ones."""
+_FOUND = 24
 _CLEAN_SHARE = 0.1  # of the drawn area that must be without noise for the segment to count as clean
 _LEFT = 0.01  # of the area: less is not worth a cylinder
 _WIDER = 3.0  # times as far may surface lie that carries noise
-_NOISY, _CLEAN, _SURE = 0, 1, 2  # what a surface is: with noise, without, of one cylinder alone
+_UNKNOWN, _NOISY, _CLEAN, _SURE = 0, 1, 2, 3  # what a surface is: with noise, without, of one cylinder alone
 _SURE_SHARE, _CLEAR_SHARE = 0.8, 0.5  # of what faces across the axis: no room for another cylinder, or for a better axis
 
 
@@ -97,36 +96,29 @@ def _search(vertices_mm: FloatArray, mesh_faces: IntArray, ids: IntArray, seed: 
         return patch.origin_mm, patch.size_mm, rows[:0]
     running = voices(patch.areas, directions, count)
     chosen, shares = _drawn(state, patch, running)
-    hypotheses = np.empty((_HYPOTHESES, 8))
-    normals, far, found = patch.normals, FAR, [nothing()][:0]
-    number = propose(state, patch, normals, directions, running, _GLANCE, 0, hypotheses)
-    answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, 1, found)
-    if answer != _SURE:
-        number += propose(state, patch, normals, directions, running, _PAIRS, _CAPS, hypotheses[number:])
-        found = [nothing()][:0]
-        answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, _TRIES, found)
-    if answer == _NOISY:
-        normals, far = smooth_normals(patch), _WIDER * FAR
-        directions, count = directions_of(normals, patch.areas)
-        running = voices(patch.areas, directions, count)
-        number += propose(state, patch, normals, directions, running, _PAIRS, _CAPS, hypotheses[number:])
-        found = [nothing()][:0]
-        answer = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, _TRIES_NOISY, found)
-        if answer != _SURE:
-            short = True  # arc, perhaps; a long one needs no other way to be found
-            for one in found:
-                short = short and not clear(patch, normals, chosen, shares, one, _CLEAR_SHARE)
-            if short:
-                starts = osculating(patch, normals, chosen, shares, _TRIES, far)
-                for h in range(len(starts)):
-                    found.append(refined(patch, normals, chosen, shares, starts[h], far))
-            found = weighed(patch, normals, chosen, shares, found)
-    taken = 0
-    for sign in (1.0, -1.0):
-        for one in distinct(found, sign):
-            if _row(patch, normals, chosen, one, far, rows[taken]):
-                taken += 1
-    return patch.origin_mm, patch.size_mm, rows[:taken]
+    hypotheses, found = np.empty((_HYPOTHESES, SIGN + 1)), np.empty((_FOUND, WIDTH))
+    normals, far, number, taken, answer = patch.normals, FAR, 0, 0, _UNKNOWN
+    for pairs, caps, tries in _LOOKS:
+        if answer in (_SURE, _CLEAN):
+            break
+        if answer == _NOISY:
+            normals, far = smooth_normals(patch), _WIDER * FAR
+            directions, count = directions_of(normals, patch.areas)
+            running = voices(patch.areas, directions, count)
+        number += propose(state, patch, normals, directions, running, pairs, caps, hypotheses[number:])
+        answer, taken = _tried(state, patch, normals, running, chosen, shares, hypotheses[:number], far, tries, found)
+    if far > FAR and answer != _SURE:
+        short = True  # arc, perhaps; a long one needs no other way to be found
+        for k in range(taken):
+            short = short and not clear(patch, normals, chosen, shares, found[k], _CLEAR_SHARE)
+        starts = osculating(patch, normals, chosen, shares, _TRIES if short else 0, far)
+        for h in range(len(starts)):
+            taken += refine(patch, normals, chosen, shares, starts[h], far, found[taken])
+        weigh(patch, normals, chosen, shares, found[:taken])
+    count = 0
+    for k in distinct(found[:taken]):
+        count += _row(patch, normals, chosen, found[k], far, rows[count])
+    return patch.origin_mm, patch.size_mm, rows[:count]
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -166,11 +158,11 @@ def _tried(
     hypotheses: FloatArray,
     far: float,
     tries: int,
-    found: list[Refined],
-) -> int:
-    """Add cylinders of both signs, each the best explanation of what the earlier ones of its sign left over.
+    found: FloatArray,
+) -> tuple[int, int]:
+    """Write to `found` cylinders of both signs, each the best explanation of what the earlier ones of its sign left over.
 
-    Returns what the surface is. Where the very best cylinder has noise, or is all there is, no other is looked for.
+    Returns what the surface is, and how many. Where the very best cylinder has noise, or is all there is, no other is looked for.
     """
     faces, areas = sample(state, patch.areas, running)
     wide = far / FAR
@@ -178,7 +170,7 @@ def _tried(
     for h in range(len(hypotheses)):
         bounds[h] = support(patch, normals, faces, areas, hypotheses[h], wide, 0.5 * top)
         top = max(top, bounds[h])
-    enough, total, answer = _CLEAN_SHARE * shares.sum(), areas.sum(), _NOISY
+    enough, total, answer, taken = _CLEAN_SHARE * shares.sum(), areas.sum(), _NOISY, 0
     first = hypotheses[np.argmax(bounds), SIGN] if len(bounds) else 1.0
     order = np.argsort(-bounds)
     for sign in (first, -first):
@@ -189,21 +181,23 @@ def _tried(
             )
             if best < 0:
                 break
-            one = refined(patch, normals, chosen, shares, hypotheses[best], far)
+            one = found[taken]
+            good = refine(patch, normals, chosen, shares, hypotheses[best], far, one)
             _explain(patch, normals, faces, weights, hypotheses[best], wide)
             bounds[best] = 0.0
-            if one.score > 0.0:
-                _explain(patch, normals, faces, weights, one.cylinder, wide)
-                found.append(one)
+            if good:
+                taken += 1
                 if clear(patch, normals, chosen, shares, one, _SURE_SHARE):
                     found[0] = one
-                    del found[1:]
-                    return _SURE
-                if one.rms < CLEAN * min(one.cylinder[RADIUS], 1.0) and one.area > enough:
+                    return _SURE, 1
+                _explain(patch, normals, faces, weights, one, wide)
+                if one[RMS] < CLEAN * min(one[RADIUS], 1.0) and one[AREA] > enough:
                     answer = _CLEAN
-            if tries == 1 or (wide == 1.0 and answer == _NOISY):
-                return answer
-    return answer
+            if tries == 1:
+                return _UNKNOWN, taken
+            if wide == 1.0 and answer == _NOISY:
+                return _NOISY, taken
+    return answer, taken
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -242,23 +236,22 @@ def _explain(patch: Patch, normals: FloatArray, faces: IntArray, weights: FloatA
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _row(patch: Patch, normals: FloatArray, chosen: IntArray, rough: Refined, far: float, row: FloatArray) -> bool:
+def _row(patch: Patch, normals: FloatArray, chosen: IntArray, rough: FloatArray, far: float, row: FloatArray) -> bool:
     """The same on the whole segment, with the surface that follows it; False where that surface is a prism's."""
     fit = rough
-    if len(chosen) < len(patch.faces) and not rough.rms < 10.0 * EXACT:  # else more points would tell nothing
-        fit = refined(patch, normals, np.arange(len(patch.faces)), patch.areas, rough.cylinder, far)
-    if not fit.score > 0.0 or not fit.facet_rad > 0.0:
+    if len(chosen) < len(patch.faces) and not rough[RMS] < 10.0 * EXACT:  # else more points would tell nothing
+        fit = np.empty(WIDTH)
+        refine(patch, normals, np.arange(len(patch.faces)), patch.areas, rough, far, fit)
+    if not fit[SCORE] > 0.0 or not fit[FACET] > 0.0:
         return False
-    cylinder = fit.cylinder
-    on: Lateral = lateral_surface(patch, normals, cylinder, tolerance(cylinder, fit.rms), fit.facet_rad, fit.rms)
+    on: Lateral = lateral_surface(patch, normals, fit, tolerance(fit, fit[RMS]), fit[FACET], fit[RMS])
     if not on.area > 0.0 or bulges(patch, normals, fit, on.area):
         return False
     around = 0.0
     for f in range(len(patch.faces)):
-        if abs(normals[f] @ cylinder[3:6]) < ACROSS:
+        if abs(normals[f, 0] * fit[3] + normals[f, 1] * fit[4] + normals[f, 2] * fit[5]) < ACROSS:
             around += patch.areas[f]
-    row[:8] = cylinder
-    row[8], row[9], row[10] = fit.rms, fit.radius_sigma, fit.axis_sigma_rad
+    row[:FACET] = fit[:FACET]
     row[11], row[12], row[13], row[14], row[15], row[16] = on.area, on.low, on.high, on.arc_rad, on.filled, on.three_finger
-    row[17], row[18] = around, fit.score
+    row[17], row[18] = around, fit[SCORE]
     return True

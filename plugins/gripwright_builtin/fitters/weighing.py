@@ -9,7 +9,19 @@ from gripwright_builtin.fitters.following import following
 from gripwright_builtin.fitters.judgement import fading
 from gripwright_builtin.fitters.patch import Patch
 from gripwright_builtin.fitters.proposals import RADIUS, SIGN
-from gripwright_builtin.fitters.refinement import CLEAN, FAR, FAR_OF_RADIUS, Refined
+from gripwright_builtin.fitters.refinement import (
+    ARC,
+    AREA,
+    BENT,
+    CLEAN,
+    FACET,
+    FAR,
+    FAR_OF_RADIUS,
+    PATTERN,
+    RMS,
+    SCORE,
+    WORTH,
+)
 
 ACROSS = 0.9  # of a normal along the axis: an end face
 POLISHED = 2  # of each sign
@@ -25,83 +37,58 @@ _LEAN = 0.1  # mean part of the normals along the axis
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def nothing() -> Refined:
-    """No cylinder."""
-    return Refined(np.zeros(8), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def clear(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, one: Refined, share: float) -> bool:
+def clear(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, one: FloatArray, share: float) -> bool:
     """Whether a long arc is clearly a cylinder, and so much of what faces across its axis follows it."""
-    if one.pattern > _CLEAR_PATTERN or one.arc_rad < (_CLEAR_ARC if one.rms > EXACT else _EXACT_ARC):
+    if one[PATTERN] > _CLEAR_PATTERN or one[ARC] < (_CLEAR_ARC if one[RMS] > EXACT else _EXACT_ARC):
         return False
-    if one.bent < _CLEAR_BENT or one.rms > _CLEAR_RMS * one.cylinder[RADIUS]:
+    if one[BENT] < _CLEAR_BENT or one[RMS] > _CLEAR_RMS * one[RADIUS]:
         return False
     around = 0.0
     for s in range(len(chosen)):
         f = chosen[s]
-        tilt = normals[f, 0] * one.cylinder[3] + normals[f, 1] * one.cylinder[4] + normals[f, 2] * one.cylinder[5]
+        tilt = normals[f, 0] * one[3] + normals[f, 1] * one[4] + normals[f, 2] * one[5]
         if abs(tilt) < ACROSS:
             around += shares[s]
-    return bool(one.area > share * around)
+    return bool(one[AREA] > share * around)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def weighed(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, found: list[Refined]) -> list[Refined]:
-    """The same with scores for one noise in common, which is that of the best; what bends no more than noise counts less."""
+def weigh(patch: Patch, normals: FloatArray, chosen: IntArray, shares: FloatArray, found: FloatArray) -> None:
+    """New scores for one noise in common, which is that of the best; what bends no more than noise counts less."""
     best, noise = 0.0, np.inf
-    for one in found:
-        if one.facet_rad > 0.0:
-            best = max(best, one.worth * _firm(one))
-    for one in found:
-        if one.facet_rad > 0.0 and one.worth * _firm(one) >= _GOOD * best:
-            noise = min(noise, max(one.rms, 10.0 * EXACT))
-    kept = [nothing()][:0]
-    for one in found:
-        if one.score > 0.0:
-            score = fading(patch, normals, chosen, shares, one.cylinder, noise) * _firm(one)
-            kept.append(_with_score(one, score))
-    return kept
+    for k in range(len(found)):
+        if found[k, FACET] > 0.0:
+            best = max(best, found[k, WORTH] * _firm(found[k]))
+    for k in range(len(found)):
+        if found[k, FACET] > 0.0 and found[k, WORTH] * _firm(found[k]) >= _GOOD * best:
+            noise = min(noise, max(found[k, RMS], 10.0 * EXACT))
+    for k in range(len(found)):
+        found[k, SCORE] = fading(patch, normals, chosen, shares, found[k], noise) * _firm(found[k])
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _with_score(one: Refined, score: float) -> Refined:
-    return Refined(
-        one.cylinder,
-        one.rms,
-        one.radius_sigma,
-        one.axis_sigma_rad,
-        one.facet_rad,
-        one.bent,
-        one.pattern,
-        one.arc_rad,
-        one.worth,
-        one.area,
-        score,
-    )
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _firm(one: Refined) -> float:
+def _firm(one: FloatArray) -> float:
     """1 where a plane is out of the question and the distances are but noise, least 0.005."""
-    bent, random = one.bent / _BENT, (_PATTERN_MAX - one.pattern) / (_PATTERN_MAX - _PATTERN)
-    return min(max(bent, 0.05), 1.0) * min(max(random, 0.1), 1.0)
+    bent, random = one[BENT] / _BENT, (_PATTERN_MAX - one[PATTERN]) / (_PATTERN_MAX - _PATTERN)
+    return float(min(max(bent, 0.05), 1.0) * min(max(random, 0.1), 1.0))
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def distinct(found: list[Refined], sign: float) -> list[Refined]:
-    """The best of a sign, none of them the same as a better one."""
-    kept = [nothing()][:0]
-    left = np.array([one.score if one.cylinder[SIGN] == sign else 0.0 for one in found])
-    while len(kept) < POLISHED and len(left) and left.max() > 0.0:
-        at = int(np.argmax(left))
-        left[at] = 0.0
-        new = True
-        for other in kept:
-            new = new and not _same(found[at].cylinder, other.cylinder)
-        if new:
-            kept.append(found[at])
-    return kept
+def distinct(found: FloatArray) -> IntArray:
+    """The best of either sign, none of them the same as a better one."""
+    kept, count = np.empty(2 * POLISHED, np.int64), 0
+    for sign in (1.0, -1.0):
+        left, first = np.where(found[:, SIGN] == sign, found[:, SCORE], 0.0), count
+        while count < first + POLISHED and len(left) and left.max() > 0.0:
+            at = int(np.argmax(left))
+            left[at] = 0.0
+            new = True
+            for k in range(first, count):
+                new = new and not _same(found[at], found[kept[k]])
+            if new:
+                kept[count] = at
+                count += 1
+    return kept[:count]
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -113,13 +100,13 @@ def _same(a: FloatArray, b: FloatArray) -> bool:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def bulges(patch: Patch, normals: FloatArray, one: Refined, area: float) -> bool:
+def bulges(patch: Patch, normals: FloatArray, cylinder: FloatArray, area: float) -> bool:
     """Whether a surface only touches an exact cylinder, as a sphere does: most of what is near leans away from its axis.
 
     `area` is that of the faces on the cylinder.
     """
-    cylinder, faces = one.cylinder, np.arange(len(patch.faces))
-    if one.rms > _TOUCHING * CLEAN * cylinder[RADIUS]:
+    faces = np.arange(len(patch.faces))
+    if cylinder[RMS] > _TOUCHING * CLEAN * cylinder[RADIUS]:
         return False
     near = faces[following(patch, normals, faces, patch.areas, cylinder, min(FAR, FAR_OF_RADIUS * cylinder[RADIUS]))]
     lean, around = 0.0, patch.areas[near].sum()
