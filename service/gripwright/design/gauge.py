@@ -30,6 +30,7 @@ from gripwright.plugin_api import HandModel
 
 HOLDING = "holding"
 MEASURED, FAR_OFF = 0, 1  # ranks: what no shift of some millimetres mends comes last
+PLACED = 4  # stage of a miss from which on a grasp has passed the checks that are made before it is seated
 _FRICTION_MAX = 2.0
 
 Envelopes = Callable[[str, float], FloatArray]
@@ -96,8 +97,8 @@ class Gauge:
         self._attempt, self._around = attempt, around
         self._hand, self._volumes = attempt.hand, HandVolumes(around.scene, attempt.hand)
 
-    def at_its_stage(self, miss: Miss) -> list[Shortage]:
-        """What a grasp lacks of the check that it failed."""
+    def glance(self, miss: Miss) -> list[Shortage]:
+        """What a grasp lacks, at least, of the check that it failed before it was placed."""
         grasp, tips = miss.grasp, self._around.min_contact_mm
         assert grasp is not None
         match miss.stage:
@@ -107,10 +108,8 @@ class Gauge:
                 volumes = self._volumes.closing(grasp, tips, ROUGH_MM)
             case 2:
                 volumes = self._volumes.leaving(grasp)
-            case 3:
-                volumes = self._volumes.moving(grasp, tips)
             case _:
-                return list(self.in_full(grasp).shortages)
+                volumes = self._volumes.moving(grasp, tips)
         return [self._collision(found) for volume in volumes for found in self._volumes.glances(volume)]
 
     def in_full(self, grasp: Grasp) -> Finding:

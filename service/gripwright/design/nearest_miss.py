@@ -3,7 +3,7 @@
 Every check is made and measured, not the first alone that fails; the closest grasp is that of which the fingers and the palm lack
 least, each by its worst, added up. What is told of it is the part that lacks most. Of a segment's
 grasps a sample, drawn from all stages at which they failed, is measured by the check that each failed; the best of these in
-full. The figure is that of a grasp that was planned: no search goes on from it.
+full, and with them some that failed late. The figure is that of a grasp that was planned: no search goes on from it.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gripwright.design.gauge import FAR_OFF, HOLDING, Attempt, Circumstances, Finding, Gauge, Shortage
+from gripwright.design.gauge import FAR_OFF, HOLDING, MEASURED, PLACED, Attempt, Circumstances, Finding, Gauge, Shortage
 from gripwright.design.hand_check import Miss
 from gripwright.design.hand_volumes import CLOSING, LEAVING, MOTION, OPENING, TAKING_UP
 from gripwright.domain.grasp import Grasp, GripRequirement
@@ -67,10 +67,12 @@ def _clearly_closer(one: tuple[int, float], other: tuple[int, float]) -> bool:
 
 def _best(attempt: Attempt, gauge: Gauge) -> _Candidate | None:
     """Of a sample of one attempt the grasp that lacks least."""
-    glances = [(_key(gauge.at_its_stage(miss)), miss) for miss in _sampled(attempt.missed)]
-    glances.sort(key=lambda entry: entry[0])  # stable: of equal ones the planner's first
+    early = _sampled([miss for miss in attempt.missed if miss.stage < PLACED], _SAMPLE)
+    late = _sampled([miss for miss in attempt.missed if miss.stage >= PLACED], _IN_FULL)
+    glances = sorted(((_key(gauge.glance(miss)), miss) for miss in early), key=lambda entry: entry[0])  # stable: planner's order
+    chosen = [*(((MEASURED, 0.0), miss) for miss in late), *glances[:_IN_FULL]]
     best: _Candidate | None = None
-    for glance, miss in glances[:_IN_FULL]:
+    for glance, miss in chosen:
         if best is not None and glance >= best.key:
             break  # a grasp lacks at least what the check says that it failed
         assert miss.grasp is not None
@@ -81,13 +83,13 @@ def _best(attempt: Attempt, gauge: Gauge) -> _Candidate | None:
     return best
 
 
-def _sampled(missed: Sequence[Miss]) -> list[Miss]:
-    """Up to `_SAMPLE` of the misses: from each stage evenly, most from the last one that was reached."""
+def _sampled(missed: Sequence[Miss], most: int) -> list[Miss]:
+    """Up to `most` of the misses: from each stage evenly, most from the last one that was reached."""
     stages = sorted({miss.stage for miss in missed}, reverse=True)
     chosen: list[Miss] = []
     for number, stage in enumerate(stages):
         at_stage = [miss for miss in missed if miss.stage == stage]
-        count = min(len(at_stage), -(-(_SAMPLE - len(chosen)) // (2 if number < len(stages) - 1 else 1)))
+        count = min(len(at_stage), -(-(most - len(chosen)) // (2 if number < len(stages) - 1 else 1)))
         chosen += [at_stage[i] for i in np.unique(np.linspace(0, len(at_stage) - 1, count).astype(int))]
     return chosen
 
