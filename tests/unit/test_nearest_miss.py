@@ -134,7 +134,7 @@ def test_a_wall_that_the_closed_finger_meets_on_the_way_is_named_with_depth_and_
     assert miss.phase == "motion"
     assert miss.found == pytest.approx(-into, abs=0.003)
     assert miss.place == pytest.approx(1.0 - (12.0 + MARGIN_MM) / 100.0, abs=0.002)
-    assert "on the way down, from 12.1 mm above its seat on" in miss.sentence
+    assert "on the way down, from 12.1 mm above its seat onwards" in miss.sentence
     assert f"would enter 'wall-1' by {into:.2f} mm" in miss.sentence
     assert "held across 20.0 mm (segment 2)" in miss.sentence
 

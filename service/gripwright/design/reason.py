@@ -146,7 +146,7 @@ def _on_the_way(place: float | None, scene: OperationScene) -> str:
         return "as it reaches its seat"
     last = legs[-1] / max(float(np.linalg.norm(legs[-1])), 1e-12)
     way, side = ("down", "above") if last[2] < -_STEEP else ("up", "below") if last[2] > _STEEP else ("in", "before")
-    return f"on the way {way}, from {mm(left_mm)} {side} its seat on"
+    return f"on the way {way}, from {mm(left_mm)} {side} its seat onwards"
 
 
 def mm(value: float) -> str:
