@@ -45,11 +45,10 @@ def main() -> None:
     cases = [make_case(rng) for _ in range(arguments.cases)]
     large = [divided_case(case, rng) for case in cases[: arguments.large]]
     program = arguments.pcl or built_peer()
-    print(
-        json.dumps(
-            {"seed": arguments.seed, "as_generated": compared(cases, program), "large": compared(large, program)}, indent=1
-        )
-    )
+    report: dict[str, object] = {"seed": arguments.seed, "as_generated": compared(cases, program)}
+    if large:
+        report["large"] = compared(large, program)
+    print(json.dumps(report, indent=1))
 
 
 def compared(cases: list[FittingCase], program: Path | None) -> dict[str, object]:
