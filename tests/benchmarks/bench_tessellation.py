@@ -20,7 +20,7 @@ import trimesh
 from OCP.STEPControl import STEPControl_Reader
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
-from rand_index import labels_of
+from rand_index import labels_of, rand_index
 
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
 from gripwright.geometry.brep import tessellate
@@ -95,13 +95,6 @@ def thin(mesh: Mesh) -> Mesh:
     stretched = Mesh(vertices_mm=mesh.vertices_mm * scale, faces=mesh.faces)
     divided = fine(stretched, 0.06 * STRETCH * diagonal_mm(mesh) / diagonal_mm(stretched))
     return Mesh(vertices_mm=divided.vertices_mm / scale, faces=divided.faces)
-
-
-def rand_index(one: IntArray, other: IntArray) -> float:
-    """Part of the pairs of points on which two labellings agree."""
-    table = np.zeros((one.max() + 1, other.max() + 1))
-    np.add.at(table, (one, other), 1.0 / len(one))
-    return float(1.0 - (table.sum(axis=0) ** 2).sum() - (table.sum(axis=1) ** 2).sum() + 2.0 * (table**2).sum())
 
 
 def carried(points: FloatArray, mesh: Mesh, labels: IntArray) -> IntArray:
