@@ -12,7 +12,9 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
+from gripwright.geometry.frames import inverse
 from gripwright.geometry.solids import is_box
+from gripwright.geometry.withdrawal import Shrinking, TriangleBlocks
 
 _REQUEST = fcl.CollisionRequest()
 
@@ -71,6 +73,11 @@ class MeshSurface:
         model.addSubModel(self.mesh.vertices_mm, self.mesh.faces)
         model.endModel()
         return model
+
+    @cached_property
+    def blocks(self) -> TriangleBlocks:
+        """The triangles in blocks, for solids that shrink."""
+        return TriangleBlocks(self.mesh)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -136,6 +143,18 @@ class Scene:
                     found[row] = i
                     break
         return found
+
+    def last_touch(self, solid: Shrinking, X: FloatArray, start_mm: float, end_mm: float) -> tuple[float, str | None]:
+        """The greatest s within [start, end] at which a shrinking solid at pose X touches a surface, and its name; −inf: none."""
+        best, name = -np.inf, None
+        for i in self._near_box(solid.centre, solid.half, X, 0.0):
+            item = self._items[i]
+            found = item.surface.blocks.last_touch_mm(solid, inverse(X) @ item.X, max(best, start_mm), end_mm)
+            if found > best:
+                best, name = found, item.name
+            if best >= end_mm:
+                break
+        return best, name
 
     def touched(self, shape: ConvexShape, X: FloatArray) -> list[PlacedSurface]:
         """All meshes whose surface the solid touches at pose X of the scene's frame."""
