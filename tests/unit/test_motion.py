@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gripwright.design.motion import Sweeps, sampled, stretches
+from gripwright.design.motion import sampled, stretches
+from gripwright.design.sweeps import Sweeps
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.collision import MeshSurface, PlacedSurface, Scene
 from gripwright.geometry.frames import is_rigid

@@ -10,7 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from gripwright.design.hand_check import BEHIND_MM, LENGTH_LIMIT_MM, ROUGH_MM, OperationScene, drawn_back
-from gripwright.design.motion import path_mm, sampled, step_solid, stretches
+from gripwright.design.motion import path_mm, sampled, stretches
+from gripwright.design.sweeps import step_solid
 from gripwright.domain.grasp import EXTERNAL, Grasp
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.collision import ConvexShape, PlacedSurface, Scene

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from gripwright.domain.shape import FloatArray
+from gripwright.domain.shape import FloatArray, IntArray
 
 _FLAT = 1e-9  # faces of a hull whose normals differ by less are one face that Qhull has triangulated
 
@@ -65,12 +65,10 @@ class Polytope:
 
 
 def _faces(vertices: FloatArray, normals: FloatArray) -> Faces:
-    return Faces(
-        normals=normals, offsets=(vertices @ normals.T).max(axis=0), low=vertices.min(axis=0), high=vertices.max(axis=0)
-    )
+    return Faces(normals=normals, offsets=(vertices @ normals.T).max(axis=0), low=vertices.min(axis=0), high=vertices.max(axis=0))
 
 
-def _first_of_each(normals: FloatArray) -> FloatArray:
+def _first_of_each(normals: FloatArray) -> IntArray:
     """Rows of normals (s, 3), one for each face."""
     alike = np.abs(normals[:, None] - normals[None]).max(axis=2) <= _FLAT  # (s, s)
     return np.flatnonzero(alike.argmax(axis=1) == np.arange(len(normals)))

@@ -2,7 +2,8 @@
 
 A hand's palm moves back as its fingers grow, and a stem ends sooner as they shrink: some faces of a convex solid move inwards
 with a length s, the others stay. Of each triangle's part within the solid the greatest s at which it is still touched is a
-small linear program; blocks of neighbouring triangles that lie beyond a face at the greatest s so far are passed over.
+small linear program; groups of neighbouring triangles that may be left last come first, and what lies beyond a face at the
+greatest s so far is passed over.
 """
 
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.geometry.polytope import Faces
 from gripwright.geometry.rays import morton_order
 
-_BLOCK = 16  # triangles, and blocks of a group
+_BLOCK = 16  # triangles; blocks of a group, groups of a region
 _STEEP = 1e-9  # faces along the line to within this stay
 _FINE_MM = 1e-4  # where several faces move
 
@@ -60,20 +61,21 @@ def _shrinking(faces: Faces, rates: FloatArray, offsets: FloatArray, low: FloatA
 
 
 class TriangleBlocks:
-    """A mesh's triangles in blocks of neighbours, and blocks in groups, each with its box."""
+    """A mesh's triangles in blocks of neighbours, blocks in groups and groups in regions, each with its box."""
 
     def __init__(self, mesh: Mesh) -> None:
         corners = mesh.triangles_mm
         corners = corners[morton_order(corners.mean(axis=1))]
         self._corners: FloatArray = np.ascontiguousarray(corners)
         blocks = _boxes(corners.min(axis=1), corners.max(axis=1))
-        self._blocks, self._groups = _centred(*blocks), _centred(*_boxes(*blocks))
+        groups = _boxes(*blocks)
+        self._boxes = (*_centred(*blocks), *_centred(*groups), *_centred(*_boxes(*groups)))
 
     def last_touch_mm(self, solid: Shrinking, X_SM: FloatArray, start_mm: float, end_mm: float) -> float:
         """The greatest s within [start, end] at which the solid touches the mesh, placed at X_SM in its frame; −inf: none."""
         normals = solid.normals @ X_SM[:3, :3]
         offsets = solid.offsets - solid.normals @ X_SM[:3, 3]
-        return float(_last_touch(self._corners, *self._blocks, *self._groups, normals, offsets, solid.rates, start_mm, end_mm))
+        return float(_last_touch(self._corners, *self._boxes, normals, offsets, solid.rates, start_mm, end_mm))
 
 
 def _boxes(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -93,41 +95,78 @@ def _last_touch(
     block_halves: FloatArray,
     group_centres: FloatArray,
     group_halves: FloatArray,
+    region_centres: FloatArray,
+    region_halves: FloatArray,
     normals: FloatArray,
     offsets: FloatArray,
     rates: FloatArray,
     start: float,
     end: float,
 ) -> float:
-    levels = offsets - rates * start  # of the faces at the greatest s so far
     best = -np.inf
     room = (3 + len(normals), 3)
     whole, part, spare = np.empty(room), np.empty(room), np.empty(room)
-    for group in range(len(group_centres)):
-        if _beyond(group_centres[group], group_halves[group], normals, levels):
+    latest = np.full(len(group_centres), -np.inf)
+    for region in range(len(region_centres)):
+        if _latest(region_centres[region], region_halves[region], normals, offsets, rates) < start:
             continue
+        for group in range(region * _BLOCK, min((region + 1) * _BLOCK, len(group_centres))):
+            latest[group] = _latest(group_centres[group], group_halves[group], normals, offsets, rates)
+    near = np.flatnonzero(latest >= start)
+    for group in near[np.argsort(-latest[near])]:
+        if latest[group] <= best:
+            break
         for block in range(group * _BLOCK, min((group + 1) * _BLOCK, len(block_centres))):
-            if _beyond(block_centres[block], block_halves[block], normals, levels):
+            bound = _latest(block_centres[block], block_halves[block], normals, offsets, rates)
+            if bound < start or bound <= best:
                 continue
             for number in range(block * _BLOCK, min((block + 1) * _BLOCK, len(corners))):
-                if _clipped(corners[number], 3, normals, levels, part, spare) == 0:
-                    continue
-                best = _greatest(corners[number], normals, offsets, rates, max(best, start), end, whole, part, spare)
+                corner, bound = _of_corners(corners[number], normals, offsets, rates)
+                if corner >= start:
+                    best = max(best, min(corner, end))
                 if best >= end:
                     return end
-                levels = offsets - rates * best
+                if bound < start or bound <= best:
+                    continue
+                low = max(best, start)
+                if _clipped(corners[number], 3, normals, offsets - rates * low, part, spare) > 0:
+                    best = _greatest(corners[number], normals, offsets, rates, low, end, whole, part, spare)
     return best
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _beyond(centre: FloatArray, half: FloatArray, normals: FloatArray, levels: FloatArray) -> bool:
-    """Whether a box lies beyond one of the faces."""
+def _of_corners(triangle: FloatArray, normals: FloatArray, offsets: FloatArray, rates: FloatArray) -> tuple[float, float]:
+    """The greatest s at which a triangle's corner is touched (−inf: none is), and a bound on it for the triangle."""
+    first, second, third, bound = np.inf, np.inf, np.inf, np.inf
+    for i in range(len(normals)):
+        a, b, c = normals[i, 0], normals[i, 1], normals[i, 2]
+        x = offsets[i] - a * triangle[0, 0] - b * triangle[0, 1] - c * triangle[0, 2]
+        y = offsets[i] - a * triangle[1, 0] - b * triangle[1, 1] - c * triangle[1, 2]
+        z = offsets[i] - a * triangle[2, 0] - b * triangle[2, 1] - c * triangle[2, 2]
+        if rates[i] > 0.0:
+            first, second, third = min(first, x / rates[i]), min(second, y / rates[i]), min(third, z / rates[i])
+            bound = min(bound, max(x, y, z) / rates[i])
+            continue
+        if max(x, y, z) < 0.0:
+            return -np.inf, -np.inf
+        first = first if x >= 0.0 else -np.inf
+        second = second if y >= 0.0 else -np.inf
+        third = third if z >= 0.0 else -np.inf
+    return max(first, second, third), bound
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _latest(centre: FloatArray, half: FloatArray, normals: FloatArray, offsets: FloatArray, rates: FloatArray) -> float:
+    """A bound on the greatest s at which anything within a box is touched; −inf where it lies beyond a face."""
+    latest = np.inf
     for i in range(len(normals)):
         a, b, c = normals[i, 0], normals[i, 1], normals[i, 2]
         nearest = a * centre[0] + b * centre[1] + c * centre[2] - abs(a) * half[0] - abs(b) * half[1] - abs(c) * half[2]
-        if nearest > levels[i]:
-            return True
-    return False
+        if rates[i] > 0.0:
+            latest = min(latest, (offsets[i] - nearest) / rates[i])
+        elif nearest > offsets[i]:
+            return -np.inf
+    return latest
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -169,7 +208,7 @@ def _greatest(
 def _clipped(
     polygon: FloatArray, count: int, normals: FloatArray, levels: FloatArray, result: FloatArray, spare: FloatArray
 ) -> int:
-    """The part of a polygon with normal · p ≤ level for every face, in `result`; the number of its corners (Sutherland, Hodgman)."""
+    """The part of a polygon with normal · p ≤ level for every face, in `result`; its number of corners (Sutherland, Hodgman)."""
     for k in range(count):
         result[k] = polygon[k]
     for i in range(len(normals)):
