@@ -9,7 +9,9 @@ from gripwright.design.sweeps import Sweeps
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.collision import MeshSurface, PlacedSurface, Scene
 from gripwright.geometry.frames import is_rigid
+from gripwright.geometry.polytope import Polytope
 from gripwright.geometry.solids import box_vertices
+from gripwright.geometry.withdrawal import withdrawn
 from mesh_factory import box_mesh
 
 FINGER = box_vertices(np.array([0.0, -5.0, -30.0]), np.array([8.0, 5.0, 0.0]))
@@ -52,7 +54,7 @@ def test_a_sweep_holds_the_solid_at_every_moment(motion: FloatArray) -> None:
     for place in sampled(motion, 60):
         inside = rng.uniform(low, high)
         point = (place @ hand @ np.append(inside, 1.0))[:3]
-        assert sweeps.first_hit(speck(point), FINGER, 0.0, hand) == "speck"
+        assert sweeps.first_hits(speck(point), FINGER, 0.0, hand[None]) == [0]
 
 
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
@@ -66,8 +68,8 @@ def test_a_sweep_reaches_hardly_farther_than_the_solid(motion: FloatArray) -> No
         beside = (place @ hand @ np.append(centre + np.array([0.0, 0.0, 17.0]), 1.0))[:3]  # 2 mm beyond the tips at that moment
         local = np.array([(np.linalg.inv(other @ hand) @ np.append(beside, 1.0))[:3] for other in places])
         clear = np.maximum(FINGER.min(axis=0) - local, local - FINGER.max(axis=0)).max(axis=1).min()
-        if clear > 1.0:  # nowhere along the motion nearer than 1 mm
-            assert sweeps.first_hit(speck(beside), FINGER, 0.0, hand) is None
+        if clear > 0.05:  # nowhere along the motion nearer than that, the speck's size included
+            assert sweeps.first_hits(speck(beside), FINGER, 0.0, hand[None]) == [-1]
 
 
 def test_neighbouring_straight_legs_are_one_stretch_and_turns_of_a_thread_another() -> None:
@@ -98,8 +100,26 @@ def test_many_solids_are_swept_as_each_by_itself(motion: FloatArray) -> None:
     rng = np.random.default_rng(2)
     poses = np.array([pose(rng.choice([0.0, 30.0, 200.0]), z=rng.uniform(-25, 25), x=rng.uniform(-25, 25)) for _ in range(60)])
 
-    together = [None if hit < 0 else stands.names[hit] for hit in Sweeps(motion).first_hits(stands, FINGER, 0.1, poses)]
+    together = Sweeps(motion).first_hits(stands, FINGER, 0.1, poses).tolist()
 
-    assert together == [Sweeps(motion).first_hit(stands, FINGER, 0.1, X) for X in poses]
-    assert None in together
+    assert together == [int(Sweeps(motion).first_hits(stands, FINGER, 0.1, X[None])[0]) for X in poses]
+    assert -1 in together
     assert len(set(together)) > 1
+
+
+@pytest.mark.parametrize("tilt_deg", [0.0, 35.0, 90.0])
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+def test_a_solid_that_shrinks_leaves_a_motion_where_its_places_do(motion: FloatArray, tilt_deg: float) -> None:
+    X_PB = pose(25.0, 3.0, 12.0)
+    X_PB[:3, :3] = X_PB[:3, :3] @ Rotation.from_euler("y", tilt_deg, degrees=True).as_matrix()
+    point = X_PB[:3, :3] @ [4.0, 2.0, -60.0] + X_PB[:3, 3]
+    palm, back = Polytope(box_vertices(np.array([-20.0, -9.0, -300.0]), np.array([15.0, 9.0, 0.0]))), np.array([0.0, 0.0, -1.0])
+
+    found, _ = Sweeps(motion).last_touch(speck(point), palm, X_PB, lambda faces: withdrawn(faces, back, 100.0), (0.0, 100.0))
+
+    places = np.array([place @ X_PB for place in sampled(motion, 20000)])
+    seen = np.einsum("nji,nj->ni", places[:, :3, :3], point - places[:, :3, 3])  # from the solid
+    within = (seen[:, 0] >= -20.0) & (seen[:, 0] <= 15.0) & (np.abs(seen[:, 1]) <= 9.0) & (seen[:, 2] >= -400.0)
+    least = min(float(np.max(-seen[within, 2], initial=-np.inf)), 100.0)
+    more = 0.2 if len(motion) > 40 else 0.0  # what lies between many turns is swept too
+    assert least - 0.03 <= found <= least + 0.03 + more  # the speck's size and the sampling

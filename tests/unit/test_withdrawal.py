@@ -5,24 +5,28 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, HalfspaceIntersection
 from scipy.spatial.transform import Rotation
 
 from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.geometry.collision import ConvexShape, MeshSurface, PlacedSurface, Scene
 from gripwright.geometry.polytope import Faces, Polytope
 from gripwright.geometry.solids import box_vertices, prism_vertices, swept
-from gripwright.geometry.withdrawal import TriangleBlocks, shortened, withdrawn
+from gripwright.geometry.triangle_blocks import TriangleBlocks
+from gripwright.geometry.withdrawal import Shrinking, shortened, standing, withdrawn
 from mesh_factory import box_mesh, moved
 
 BACK = np.array([0.0, 0.0, -1.0])
 LONGEST = 100.0
 
 
+def last_touch_mm(mesh: Mesh, solid: Shrinking, X_SM: FloatArray | None = None) -> float:
+    """Of a solid that stands at the origin, within [0, LONGEST]."""
+    return TriangleBlocks(mesh).last_touch_mm(solid, standing(np.eye(4)), np.eye(4) if X_SM is None else X_SM, 0.0, LONGEST)
+
+
 def volume(faces: Faces) -> float:
     """Of the solid, by the corners of its half-spaces' common part."""
-    from scipy.spatial import HalfspaceIntersection
-
     planes = np.column_stack([faces.normals, -faces.offsets])
     corners = HalfspaceIntersection(planes, (faces.low + faces.high) / 2.0).intersections
     return float(ConvexHull(corners).volume)
@@ -45,29 +49,29 @@ def test_a_palm_moves_back_to_the_highest_point_before_it(height: float) -> None
     post = moved(box_mesh((4.0, 4.0, 200.0)), _at((8.0, 0.0, -height)))
     palm = withdrawn(Polytope(prism_vertices(10.0, -50.0, 0.0)).faces, BACK, LONGEST)
 
-    assert TriangleBlocks(post).last_touch_mm(palm, np.eye(4), 0.0, LONGEST) == pytest.approx(height, abs=1e-9)
+    assert last_touch_mm(post, palm) == pytest.approx(height, abs=1e-9)
 
 
 def test_what_is_not_touched_at_the_start_is_never_touched() -> None:
     palm = withdrawn(Polytope(prism_vertices(10.0, -50.0, 0.0)).faces, BACK, LONGEST)
     aside, before = (moved(box_mesh((4.0, 4.0, 4.0)), _at(place)) for place in ((30.0, 0.0, -10.0), (0.0, 0.0, 5.0)))
 
-    assert TriangleBlocks(aside).last_touch_mm(palm, np.eye(4), 0.0, LONGEST) == -np.inf
-    assert TriangleBlocks(before).last_touch_mm(palm, np.eye(4), 0.0, LONGEST) == -np.inf
+    assert last_touch_mm(aside, palm) == -np.inf
+    assert last_touch_mm(before, palm) == -np.inf
 
 
 def test_what_is_touched_throughout_is_touched_at_the_end() -> None:
     palm = withdrawn(Polytope(prism_vertices(10.0, -50.0, 0.0)).faces, BACK, LONGEST)
     tall = moved(box_mesh((4.0, 4.0, 300.0)), _at((0.0, 0.0, -290.0)))
 
-    assert TriangleBlocks(tall).last_touch_mm(palm, np.eye(4), 0.0, LONGEST) == LONGEST
+    assert last_touch_mm(tall, palm) == LONGEST
 
 
 def test_a_stem_is_shortened_to_the_ledge_behind_its_tip() -> None:
     ledge = moved(box_mesh((40.0, 40.0, 5.0)), _at((2.0, -20.0, -45.0)))
     stem = shortened(Polytope(box_vertices(np.array([0.0, -5.0, -LONGEST]), np.array([8.0, 5.0, 0.0]))).faces, BACK)
 
-    assert TriangleBlocks(ledge).last_touch_mm(stem, np.eye(4), 0.0, LONGEST) == pytest.approx(LONGEST - 40.0, abs=1e-9)
+    assert last_touch_mm(ledge, stem) == pytest.approx(LONGEST - 40.0, abs=1e-9)
 
 
 @settings(max_examples=60, deadline=None)
@@ -86,7 +90,7 @@ def test_it_finds_what_bisection_with_fcl_finds(seed: int, displacement: tuple[f
     palm = Polytope(prism_vertices(12.0, -60.0, 0.0))
     points = swept(palm.vertices, np.array(displacement))
 
-    found = TriangleBlocks(mesh).last_touch_mm(withdrawn(palm.swept(np.array(displacement)), BACK, LONGEST), X, 0.0, LONGEST)
+    found = last_touch_mm(mesh, withdrawn(palm.swept(np.array(displacement)), BACK, LONGEST), X)
 
     scene = Scene([PlacedSurface(name="ball", surface=MeshSurface(mesh), X=X)])
     longer = swept(points, BACK * LONGEST)  # withdrawn, its back stays where it ends up

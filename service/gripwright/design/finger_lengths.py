@@ -1,11 +1,8 @@
 """The finger lengths for which a grasp is free: L⁻ from what comes before the palm, L⁺ from what comes behind the tips.
 
 A palm that moves back, and a stem that ends sooner, hold less and less of the space that they passed through before: the bound is
-where the last triangle is left (`geometry/withdrawal`). Where the approach direction turns along the motion, a longer finger
-passes through other places, and the bound is bisected.
+where the last triangle is left (`geometry/triangle_blocks`).
 """
-
-from collections.abc import Callable
 
 import numpy as np
 
@@ -13,7 +10,7 @@ from gripwright.design.hand_check import ENTER_MM, LENGTH_LIMIT_MM, HandCheck, M
 from gripwright.domain.grasp import Grasp
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.polytope import Faces
-from gripwright.geometry.withdrawal import Shrinking, shortened, withdrawn
+from gripwright.geometry.withdrawal import Shrinking, shortened, standing, withdrawn
 
 _Touch = tuple[float, str | None]  # how far, and what
 _BACK = np.array([0.0, 0.0, -1.0])  # frames F and G
@@ -25,9 +22,10 @@ def length_min(check: HandCheck, grasp: Grasp, envelopes_mm: FloatArray, tips_mm
     result = np.full(len(envelopes_mm), np.inf)
     low = max(tips_mm, 1.0)
     for k, envelope in enumerate(envelopes_mm):
-        low, hit = _least_length(check, grasp, float(envelope), low)
-        if hit is not None:
-            detail = f"the palm hits {hit} with fingers of {LENGTH_LIMIT_MM:.0f} mm too"
+        touched, body = _last_palm_touch(check, grasp, float(envelope), low)
+        low = max(low, touched + _OFF_MM)
+        if low > LENGTH_LIMIT_MM:
+            detail = f"the palm hits {body} with fingers of {LENGTH_LIMIT_MM:.0f} mm too"
             return result, Miss(stage=4, code="collision", detail=detail) if k == 0 else None
         result[k] = low
     return result, None
@@ -37,37 +35,13 @@ def length_max(check: HandCheck, grasp: Grasp, length_min_mm: float) -> float:
     """L⁺ ≥ L⁻ of a grasp that is free (`HandCheck.seated`) with L⁻; inf where `LENGTH_LIMIT_MM` is still free."""
     if check.stems_free(grasp, LENGTH_LIMIT_MM):
         return float("inf")
-    if not _keeps_approach(check, grasp):
-        return _bisected(lambda length_mm: not check.stems_free(grasp, length_mm), LENGTH_LIMIT_MM, length_min_mm)
     shorter, _ = _last_stem_touch(check, grasp, LENGTH_LIMIT_MM - length_min_mm)
     return max(length_min_mm, LENGTH_LIMIT_MM - shorter - _OFF_MM)
 
 
-def _keeps_approach(check: HandCheck, grasp: Grasp) -> bool:
-    return check.sweeps.keeps(check.scene.X_PC[:3, :3] @ grasp.X_CG[:3, 2])
-
-
-def _least_length(check: HandCheck, grasp: Grasp, envelope_mm: float, low_mm: float) -> _Touch:
-    """The least length from `low_mm` on at which the palm is free, or what it hits with the longest."""
-    if _keeps_approach(check, grasp):
-        touched, body = _last_palm_touch(check, grasp, envelope_mm, low_mm)
-        return max(low_mm, touched + _OFF_MM), body if touched + _OFF_MM > LENGTH_LIMIT_MM else None
-
-    def hit(length_mm: float) -> str | None:
-        return check.palm_hit(grasp, envelope_mm, length_mm)
-
-    if hit(low_mm) is None:
-        return low_mm, None
-    longest = hit(LENGTH_LIMIT_MM)
-    return (LENGTH_LIMIT_MM, longest) if longest else (_bisected(hit, low_mm, LENGTH_LIMIT_MM), None)
-
-
-def _bisected(hit: Callable[[float], object], hit_mm: float, free_mm: float) -> float:
-    """The free length (nothing is hit) next to those that are not free."""
-    while abs(free_mm - hit_mm) > 2.0 * _OFF_MM:
-        middle = (hit_mm + free_mm) / 2.0
-        hit_mm, free_mm = (middle, free_mm) if hit(middle) else (hit_mm, middle)
-    return free_mm
+def palm_hit(check: HandCheck, grasp: Grasp, envelope_mm: float, finger_length_mm: float) -> str | None:
+    """What the palm of that envelope hits along the whole operation behind fingers of that length, or None."""
+    return _last_palm_touch(check, grasp, envelope_mm, finger_length_mm)[1]
 
 
 def _last_palm_touch(check: HandCheck, grasp: Grasp, envelope_mm: float, low_mm: float) -> _Touch:
@@ -76,11 +50,12 @@ def _last_palm_touch(check: HandCheck, grasp: Grasp, envelope_mm: float, low_mm:
     last: _Touch = (-np.inf, None)
     X_PG = scene.X_PC @ grasp.X_CG
     for vertices in check.palm(envelope_mm):
-        out = _withdrawn(check.sweeps.polytope(vertices, 0.0).swept(_BACK * check.far_mm))
+        solid = check.sweeps.polytope(vertices, 0.0)
+        out = _withdrawn(solid.swept(_BACK * check.far_mm))
         for among, X in ((scene.attached, grasp.X_CG), *((scene.standing, place @ X_PG) for place in check.ends)):
-            last = _later(last, among.last_touch(out, X, max(last[0], low_mm), LENGTH_LIMIT_MM))
+            last = _later(last, among.last_touch(out, standing(X), max(last[0], low_mm), LENGTH_LIMIT_MM))
         span = (max(last[0], low_mm), LENGTH_LIMIT_MM)
-        last = _later(last, check.sweeps.last_touch(scene.standing, vertices, 0.0, X_PG, _withdrawn, span))
+        last = _later(last, check.sweeps.last_touch(scene.standing, solid, X_PG, _withdrawn, span))
     return last
 
 
@@ -96,9 +71,9 @@ def _last_stem_touch(check: HandCheck, grasp: Grasp, end_mm: float) -> _Touch:
             opening = check.sweeps.polytope(check.opening(grasp, vertices), scene.margin_mm)
             places = ((scene.attached, closing, X_CF), *((scene.standing, opening, place @ X_PF) for place in check.ends))
             for among, solid, X in places:
-                last = _later(last, among.last_touch(_shortened(solid.faces), X, max(last[0], 0.0), end_mm))
-            span = (max(last[0], 0.0), end_mm)
-            last = _later(last, check.sweeps.last_touch(scene.standing, vertices, scene.margin_mm, X_PF, _shortened, span))
+                last = _later(last, among.last_touch(_shortened(solid.faces), standing(X), max(last[0], 0.0), end_mm))
+            moving, span = check.sweeps.polytope(vertices, scene.margin_mm), (max(last[0], 0.0), end_mm)
+            last = _later(last, check.sweeps.last_touch(scene.standing, moving, X_PF, _shortened, span))
     return last
 
 

@@ -111,21 +111,6 @@ class HandCheck:
                     best = self.scene.standing.distance(self._cached(vertices), X_PF, best)[0]
         return best
 
-    def palm_hit(self, grasp: Grasp, envelope_mm: float, finger_length_mm: float) -> str | None:
-        """What the palm of that envelope hits along the whole operation behind fingers of that length, or None."""
-        back = np.eye(4)
-        back[2, 3] = -finger_length_mm
-        X_CG, scene = grasp.X_CG @ back, self.scene
-        for vertices in self.palm(envelope_mm):
-            out = self._cached(swept(vertices, np.array([0.0, 0.0, -self.far_mm])))
-            hit = scene.attached.first_hit(out, X_CG)
-            for place in self.ends:
-                hit = hit or scene.standing.first_hit(out, place @ scene.X_PC @ X_CG)
-            hit = hit or self.sweeps.first_hit(scene.standing, vertices, 0.0, scene.X_PC @ X_CG)
-            if hit is not None:
-                return hit
-        return None
-
     def palm(self, envelope_mm: float) -> list[FloatArray]:
         """The palm's solids at L = 0 with the margin around them, frame G."""
         if envelope_mm not in self._palms:

@@ -50,7 +50,7 @@ def stretches(motion: FloatArray) -> list[Stretch]:
         kept = leg if turns <= 1.0 else leg[: int(np.ceil(2.0 * np.pi / angle - 1e-6)) + 1]
         poses = [kept[0]]
         for start, end in pairwise(kept):
-            poses += _divided(start, end, parts)
+            poses += divided(start, end, parts)
         rise = (axis[1] @ move[:3, 3]) * (2.0 * np.pi / angle) * np.floor(turns) if turns > 1.0 else 0.0
         result.append(_stretch(poses, angle / parts, axis, rise * axis[1]))
     return result
@@ -93,7 +93,7 @@ def sampled(motion: FloatArray, count: int) -> list[FloatArray]:
     shares = np.ceil(count * sizes / max(float(sizes.sum()), _STILL)).astype(int)
     result = [motion[0]]
     for start, end, parts in zip(motion[:-1], motion[1:], np.maximum(shares, 1), strict=True):
-        result += _divided(start, end, int(parts))
+        result += divided(start, end, int(parts))
     return result
 
 
@@ -105,7 +105,7 @@ def pose_at(motion: FloatArray, share: float) -> FloatArray:
     return poses[int(np.abs(shares - share).argmin())]
 
 
-def _divided(start: FloatArray, end: FloatArray, parts: int) -> list[FloatArray]:
+def divided(start: FloatArray, end: FloatArray, parts: int) -> list[FloatArray]:
     """The ends of `parts` equal screw motions from start to end."""
     move = end @ inverse(start)
     shares = np.arange(1, parts) / parts

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
-from gripwright.geometry.frames import inverse
 from gripwright.geometry.solids import is_box
-from gripwright.geometry.withdrawal import Shrinking, TriangleBlocks
+from gripwright.geometry.triangle_blocks import TriangleBlocks
+from gripwright.geometry.withdrawal import Passage, Shrinking
 
 _REQUEST = fcl.CollisionRequest()
 
@@ -144,12 +144,14 @@ class Scene:
                     break
         return found
 
-    def last_touch(self, solid: Shrinking, X: FloatArray, start_mm: float, end_mm: float) -> tuple[float, str | None]:
-        """The greatest s within [start, end] at which a shrinking solid at pose X touches a surface, and its name; −inf: none."""
+    def last_touch(self, solid: Shrinking, passage: Passage, start_mm: float, end_mm: float) -> tuple[float, str | None]:
+        """The greatest s within [start, end] at which a solid, on its passage, touches a surface, and its name; −inf: none."""
         best, name = -np.inf, None
-        for i in self._near_box(solid.centre, solid.half, X, 0.0):
+        low, high = passage.box(solid.centre, solid.half)
+        near = ((self.low <= high) & (self.high >= low)).all(axis=1)
+        for i in np.flatnonzero(near).tolist():
             item = self._items[i]
-            found = item.surface.blocks.last_touch_mm(solid, inverse(X) @ item.X, max(best, start_mm), end_mm)
+            found = item.surface.blocks.last_touch_mm(solid, passage, item.X, max(best, start_mm), end_mm)
             if found > best:
                 best, name = found, item.name
             if best >= end_mm:

@@ -11,7 +11,8 @@ from gripwright.geometry.clipping import near_box
 from gripwright.geometry.facets import coplanar_patches
 from gripwright.geometry.polytope import Polytope
 from gripwright.geometry.refine import refine
-from gripwright.geometry.withdrawal import TriangleBlocks, withdrawn
+from gripwright.geometry.triangle_blocks import TriangleBlocks
+from gripwright.geometry.withdrawal import standing, withdrawn
 from gripwright.jobs.installed import installed_registry
 from gripwright.jobs.steps import STAGES_AT, load_stages
 from gripwright.settings import load_settings
@@ -29,7 +30,7 @@ def _rehearse() -> None:
     refine(tetrahedron, 1.0)
     near_box(tetrahedron.vertices_mm, np.ones(4), np.eye(4), np.zeros(3), np.ones(3))
     whole = withdrawn(Polytope(tetrahedron.vertices_mm).faces, np.array([0.0, 0.0, -1.0]), 1.0)
-    TriangleBlocks(tetrahedron).last_touch_mm(whole, np.eye(4), 0.0, 1.0)
+    TriangleBlocks(tetrahedron).last_touch_mm(whole, standing(np.eye(4)), np.eye(4), 0.0, 1.0)
 
 
 # A service manager that stops everything at once must not make a running step look crashed: the worker decides.

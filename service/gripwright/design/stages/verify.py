@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gripwright.design.contact import Surface, contacts
+from gripwright.design.finger_lengths import palm_hit
 from gripwright.design.hand_check import HandCheck, OperationScene
 from gripwright.design.motion import sampled
 from gripwright.domain.errors import Rejection
@@ -72,7 +73,7 @@ def _touch(gripper: Gripper, handle: Handle, solid: Mesh, hand: HandModel, ctx: 
 def _swept(gripper: Gripper, handle: Handle, hand: HandModel, scene: OperationScene) -> list[str]:
     check = HandCheck(scene, hand)
     stems = check.seated(handle.grasp, gripper.finger_length_mm)
-    palm = check.palm_hit(handle.grasp, gripper.envelope_mm, gripper.finger_length_mm)
+    palm = palm_hit(check, handle.grasp, gripper.envelope_mm, gripper.finger_length_mm)
     faults = [] if stems is None else [stems.detail]
     return faults if palm is None else [*faults, f"the palm hits {palm} with fingers of {gripper.finger_length_mm:g} mm"]
 
