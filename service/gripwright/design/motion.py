@@ -25,14 +25,14 @@ _ROUNDING_MM = 1e-3  # shapes are shared between grasps whose moves differ by le
 class Stretch:
     """Part of a motion as poses between which every arc is short: n displacements of the active subassembly, n − 1 steps.
 
-    Of a screw motion of several turns it holds the first turn; `drift_P` leads from there to the last one. What lies between
-    is swept with it: a hand is higher than a thread's pitch.
+    Of a screw motion of several turns it holds the first turn; `drift_P` leads each of its steps to the last turn that repeats
+    it. What lies between is swept with it: a hand is higher than a thread's pitch.
     """
 
     poses: FloatArray  # (n, 4, 4), product frame
     arcs_rad: FloatArray  # (n - 1,) rotation of each step, 0 for a straight one
     axes_P: FloatArray  # (n - 1, 2, 3) point and direction of each step's screw axis
-    drift_P: FloatArray  # (3,)
+    drift_P: FloatArray  # (n - 1, 3), no shorter for an earlier step
 
     @property
     def uniform(self) -> bool:
@@ -48,22 +48,24 @@ def stretches(motion: FloatArray) -> list[Stretch]:
         move = leg[-1] @ inverse(leg[0]) if len(leg) == 2 else leg[1] @ inverse(leg[0])
         angle = _turn_rad(move)
         if angle < 1e-7:
-            result.append(_stretch([leg[0], leg[-1]], 0.0, np.zeros((2, 3)), np.zeros(3)))
+            result.append(_stretch([leg[0], leg[-1]], 0.0, np.zeros((2, 3)), np.zeros((1, 3))))
             continue
         axis, parts = _screw_axis(move), int(np.ceil(angle / _ARC_RAD - 1e-6))
-        turns = angle * (len(leg) - 1) / (2.0 * np.pi)
-        kept = leg if turns <= 1.0 else leg[: int(np.ceil(2.0 * np.pi / angle - 1e-6)) + 1]
+        period = 2.0 * np.pi / angle  # in legs
+        kept = leg[: int(np.ceil(period - 1e-6)) + 1]
         poses = [kept[0]]
         for start, end in pairwise(kept):
             poses += _divided(start, end, parts)
-        rise = (axis[1] @ move[:3, 3]) * (2.0 * np.pi / angle) * np.floor(turns) if turns > 1.0 else 0.0
-        result.append(_stretch(poses, angle / parts, axis, rise * axis[1]))
+        begins = np.arange(len(poses) - 1) / parts  # of each step, in legs
+        repeats = np.maximum(np.ceil((len(leg) - 1 - begins) / period - 1e-6) - 1.0, 0.0)
+        pitch_P = (axis[1] @ move[:3, 3]) * period * axis[1]
+        result.append(_stretch(poses, angle / parts, axis, repeats[:, None] * pitch_P))
     return result
 
 
-def _stretch(poses: list[FloatArray], arc_rad: float, axis: FloatArray, drift: FloatArray) -> Stretch:
+def _stretch(poses: list[FloatArray], arc_rad: float, axis: FloatArray, drift_P: FloatArray) -> Stretch:
     count = len(poses) - 1
-    return Stretch(poses=np.array(poses), arcs_rad=np.full(count, arc_rad), axes_P=np.tile(axis, (count, 1, 1)), drift_P=drift)
+    return Stretch(poses=np.array(poses), arcs_rad=np.full(count, arc_rad), axes_P=np.tile(axis, (count, 1, 1)), drift_P=drift_P)
 
 
 def _legs(motion: FloatArray) -> list[list[FloatArray]]:
@@ -217,7 +219,7 @@ class Sweeps:
         """Hull of the solid between two stations of a stretch, in its frame at the first."""
         stops = placed[start : start + 2] if self._uniform[k] else placed[start : end + 1]  # one step tells the others
         moves = np.round(inverse(placed[start]) @ stops[1:], 5)
-        drift = np.round(placed[start, :3, :3].T @ self._way[k].drift_P, 5)
+        drift = np.round(placed[start, :3, :3].T @ self._way[k].drift_P[start], 5)
         key = (vertices.tobytes(), moves.tobytes(), drift.tobytes(), np.array([margin_mm, end - start]).tobytes())
         if key not in self._shapes:
             self._shapes[key] = ConvexShape(_hull(self._way[k], vertices, margin_mm, placed[start : end + 1], start))
@@ -235,17 +237,21 @@ def _hull(stretch: Stretch, vertices: FloatArray, margin_mm: float, placed: Floa
     turning = stretch.arcs_rad[start] > 0.0
     if len(placed) == 2 and not turning:
         return swept(dilated(vertices, margin_mm + _ROUNDING_MM), np.round(moves[-1, :3, 3], 9))
-    grown = margin_mm + _ROUNDING_MM + (_sagitta_mm(stretch, vertices, placed, start) if turning else 0.0)
+    grown = margin_mm + _ROUNDING_MM + (_sagitta_mm(stretch, vertices, placed, start) if turning else np.zeros(3))
     points = np.einsum("kij,nj->kni", moves[:, :3, :3], dilated(vertices, grown)) + moves[:, None, :3, 3]
     points = points.reshape(-1, 3)
-    if stretch.drift_P.any():
-        points = np.concatenate([points, points + placed[0, :3, :3].T @ stretch.drift_P])
+    if stretch.drift_P[start].any():
+        points = np.concatenate([points, points + placed[0, :3, :3].T @ stretch.drift_P[start]])
     return np.asarray(points)
 
 
-def _sagitta_mm(stretch: Stretch, vertices: FloatArray, placed: FloatArray, start: int) -> float:
-    """By how much the arc of a step leaves its chord, at the most; all steps of a turning stretch turn about one axis."""
+def _sagitta_mm(stretch: Stretch, vertices: FloatArray, placed: FloatArray, start: int) -> FloatArray:
+    """By how much the arc of a step leaves its chord along each axis of the solid's frame, at the most, (3,).
+
+    It does so across the screw axis alone. All steps of a turning stretch turn about one axis.
+    """
     corners = vertices @ placed[0, :3, :3].T + placed[0, :3, 3]
     point, direction = stretch.axes_P[start]
     arm = np.linalg.norm(np.cross(corners - point, direction), axis=1).max()
-    return float(arm * (1.0 - np.cos(stretch.arcs_rad[start] / 2.0)))
+    across = np.sqrt(np.maximum(1.0 - (placed[0, :3, :3].T @ direction) ** 2, 0.0))
+    return np.asarray(across * arm * (1.0 - np.cos(stretch.arcs_rad[start] / 2.0)))
