@@ -44,6 +44,7 @@ def _distance(miss: NearestMiss) -> tuple[int, float]:
 
 def without_grasp(verdict: OperationVerdict) -> str:
     """Why nothing holds: the grasp that came closest, of the components that may be held."""
+    unheld = f"{_listed(verdict.components)} cannot be held in {verdict.operation}"
     judged = [(component, segment) for component, segments in verdict.components.items() for segment in segments]
     failed = [(component, segment, segment.rejection) for component, segment in judged if segment.rejection is not None]
     if not failed:
@@ -52,10 +53,10 @@ def without_grasp(verdict: OperationVerdict) -> str:
     if closest is not None:
         planned = sum(segment.grasps_planned for _, segment in judged)
         among = f"that is the closest found of {planned} grasps on {_segments(len(judged))}"
-        return f"{_listed(verdict.components)} cannot be held: {_subject(closest, verdict)}{closest.miss.sentence}; {among}"
+        return f"{unheld}: {_subject(closest, verdict)}{closest.miss.sentence}; {among}"
     component, segment, rejection = max(failed, key=lambda entry: (_rank(entry[2].code, _ORDER), entry[1].grasps_planned))
     return (
-        f"{_listed(verdict.components)} cannot be held: no grasp can be planned on {_segments(len(failed))}; "
+        f"{unheld}: no grasp can be planned on {_segments(len(failed))}; "
         f"closest came segment {segment.segment} of {component} ({rejection.code}): {rejection.detail}"
     )
 
