@@ -14,18 +14,18 @@ from gripwright.cad.limits import DEFAULT_LIMITS
 from gripwright.cad.package import read_package
 from gripwright.cli.options import options_of
 from gripwright.design import motion
-from gripwright.design.hand_check import HandCheck, OperationScene
-from gripwright.design.plan import Plan, plan_of
-from gripwright.design.scenes import Body, held_component, operation_scene
+from gripwright.design.hand_check import HandCheck
+from gripwright.design.plan import plan_of
+from gripwright.design.scenes import held_component
 from gripwright.design.stage_table import STAGES
 from gripwright.design.stages.constraints import judge_segment
-from gripwright.domain.assembly import AssemblyTask, Operation
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import Grasp, SegmentVerdict
 from gripwright.plugin_api import RunContext
 from gripwright.registry.building import build_toolbox
 from gripwright.registry.discovery import load_registry
 from gripwright.registry.plans import effective_plan
+from package_scenes import bodies_of, operation_of, scene_of
 
 FINER = 10
 PALM_RADIUS_MM = 63.0
@@ -53,13 +53,13 @@ def withdrawn_handles(folder: Path, package: Path) -> list[str]:
     task = read_package(package, DEFAULT_LIMITS)
     plan = plan_of({key: document["plan"]["options"][key] for key in ("plan", "margin", "release_clearance")})
     hands = build_toolbox(effective_plan(plan), load_registry()).hands
-    bodies = _bodies(task)
+    bodies = bodies_of(task)
     found = []
     for gripper in document["grippers"]:
         for handle in gripper["handles"]:
-            operation = _operation(task, handle["component"])
+            operation = operation_of(task, handle["component"])
             way = np.array(motion.sampled(operation.motion, FINER * (len(operation.motion) - 1)))
-            scene = _scene(task, replace(operation, motion=way), bodies, handle["component"], plan)
+            scene = scene_of(task, replace(operation, motion=way), bodies, handle["component"], plan)
             with finer_motions():
                 said = _against(HandCheck(scene, hands[gripper["gripper_type"]]), gripper, handle)
             found += [f"{gripper['id']} {handle['operation']}: {one}" for one in said]
@@ -93,12 +93,12 @@ def judged(package: Path, component: str, settings: tuple[str, ...]) -> list[Seg
     plan = effective_plan(plan_of(options_of(list(settings))))
     toolbox = build_toolbox(plan, load_registry())
     task = read_package(package, DEFAULT_LIMITS)
-    held, operation = task.component(component), _operation(task, component)
+    held, operation = task.component(component), operation_of(task, component)
     inputs: dict[str, Any] = {"component": held, "mesh": held.mesh, "segmenter": "sdf"}
     for stage, name in (("prepare", "prepared"), ("segment", "segmentation"), ("fit", "analysis"), ("grips", "grips")):
         inputs[name] = STAGES[stage].function(inputs, plan, toolbox, RunContext())
-    bodies = _bodies(task)
-    scene = _scene(task, operation, bodies, component, plan)
+    bodies = bodies_of(task)
+    scene = scene_of(task, operation, bodies, component, plan)
     carried = held_component(operation, bodies[component], [], inputs["prepared"].mesh, inputs["grips"].forbidden)
     asked = [(item, inputs["grips"].segments[item.segment.id]) for item in inputs["analysis"].segments]
     return [
@@ -106,29 +106,3 @@ def judged(package: Path, component: str, settings: tuple[str, ...]) -> list[Seg
         for item, needs in asked
         if not isinstance(needs, Rejection)
     ]
-
-
-def _bodies(task: AssemblyTask) -> dict[str, Body]:
-    prepare = STAGES["prepare"].function
-    toolbox = build_toolbox(effective_plan(plan_of({})), load_registry())
-    return {
-        one.id: Body(component=one, solid=prepare({"mesh": one.mesh}, plan_of({}), toolbox, RunContext()).solid)
-        for one in task.components
-    }
-
-
-def _operation(task: AssemblyTask, component: str) -> Operation:
-    """The operation that moves the component alone."""
-    return next(one for one in task.operations if one.active == (component,))
-
-
-def _scene(task: AssemblyTask, operation: Operation, bodies: dict[str, Body], component: str, plan: Plan) -> OperationScene:
-    return operation_scene(
-        operation,
-        bodies[component],
-        [],
-        [bodies[name] for name in operation.passive],
-        [one for one in task.obstacles if one.operations is None or operation.id in one.operations],
-        plan.margin,
-        plan.release_clearance,
-    )
