@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from finer import finer_motions
 from gripwright.design.motion import Sweeps, sampled, stretches
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.collision import MeshSurface, PlacedSurface, Scene
@@ -88,6 +89,22 @@ def test_a_screw_is_swept_down_to_its_end_and_no_farther(turns: float, steps_a_t
         assert sweeps.first_hit(speck(lowest + np.array([0.0, 0.0, 0.05])), FINGER, 0.0, hand) == "speck"
     under = (motion[-1] @ hand @ [4.0, 0.0, -30.0, 1.0])[:3]
     assert sweeps.first_hit(speck(under - np.array([0.0, 0.0, 0.3])), FINGER, 0.0, hand) is None
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+def test_what_is_free_stays_free_with_arcs_a_tenth_as_long(motion: FloatArray) -> None:
+    rng = np.random.default_rng(13)
+    hand = pose(25.0, 3.0, 12.0)
+    low, high = FINGER.min(axis=0) - 2.0, FINGER.max(axis=0) + 2.0
+    specks = [speck((place @ hand @ [*rng.uniform(low, high), 1.0])[:3]) for place in sampled(motion, 120)]
+    coarse = [Sweeps(motion).first_hit(one, FINGER, 0.1, hand) for one in specks]
+
+    with finer_motions():
+        sweeps = Sweeps(motion)
+        fine = [sweeps.first_hit(one, FINGER, 0.1, hand) for one in specks]
+
+    assert 0 < coarse.count(None) < len(specks)
+    assert all(after is None for before, after in zip(coarse, fine, strict=True) if before is None)
 
 
 def test_neighbouring_straight_legs_are_one_stretch_and_turns_of_a_thread_another() -> None:
