@@ -100,7 +100,7 @@ def test_it_finds_what_bisection_with_fcl_finds(seed: int, displacement: tuple[f
 def _bisected(scene: Scene, points: FloatArray) -> float:
     def touches(s: float) -> bool:
         place = _at((0.0, 0.0, -s))
-        return scene.first_hit(ConvexShape(points), place) is not None
+        return bool(scene.first_hits(ConvexShape(points), place[None])[0] >= 0)
 
     if not touches(0.0):
         return -np.inf

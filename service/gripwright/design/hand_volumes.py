@@ -55,7 +55,12 @@ class Intrusion:
     @property
     def whole(self) -> bool:
         """Whether it takes up all that the volume is thick in that direction."""
-        return self.depth_mm >= float(np.ptp(self.volume.vertices @ self.normal)) - 2.0 * self.volume.margin_mm - _WHOLE_MM
+        return self.depth_mm >= self.size_mm - _WHOLE_MM
+
+    @property
+    def size_mm(self) -> float:
+        """How thick the volume is in that direction, without its margin."""
+        return float(np.ptp(self.volume.vertices @ self.normal)) - 2.0 * self.volume.margin_mm
 
 
 class HandVolumes:

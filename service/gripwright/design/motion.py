@@ -20,14 +20,14 @@ _STILL = 1e-9
 class Stretch:
     """Part of a motion as poses between which every arc is short: n displacements of the active subassembly, n − 1 steps.
 
-    Of a screw motion of several turns it holds the first turn; `drift_P` leads from there to the last one. What lies between
-    is swept with it: a hand is higher than a thread's pitch.
+    Of a screw motion of several turns it holds the first turn; `drift_P` leads each of its steps to the last turn that repeats
+    it. What lies between is swept with it: a hand is higher than a thread's pitch.
     """
 
     poses: FloatArray  # (n, 4, 4), product frame
     arcs_rad: FloatArray  # (n - 1,) rotation of each step, 0 for a straight one
     axes_P: FloatArray  # (n - 1, 2, 3) point and direction of each step's screw axis
-    drift_P: FloatArray  # (3,)
+    drift_P: FloatArray  # (n - 1, 3), no shorter for an earlier step
 
     @property
     def uniform(self) -> bool:
@@ -43,22 +43,24 @@ def stretches(motion: FloatArray) -> list[Stretch]:
         move = leg[-1] @ inverse(leg[0]) if len(leg) == 2 else leg[1] @ inverse(leg[0])
         angle = _turn_rad(move)
         if angle < 1e-7:
-            result.append(_stretch([leg[0], leg[-1]], 0.0, np.zeros((2, 3)), np.zeros(3)))
+            result.append(_stretch([leg[0], leg[-1]], 0.0, np.zeros((2, 3)), np.zeros((1, 3))))
             continue
         axis, parts = _screw_axis(move), int(np.ceil(angle / _ARC_RAD - 1e-6))
-        turns = angle * (len(leg) - 1) / (2.0 * np.pi)
-        kept = leg if turns <= 1.0 else leg[: int(np.ceil(2.0 * np.pi / angle - 1e-6)) + 1]
+        period = 2.0 * np.pi / angle  # in legs
+        kept = leg[: int(np.ceil(period - 1e-6)) + 1]
         poses = [kept[0]]
         for start, end in pairwise(kept):
             poses += divided(start, end, parts)
-        rise = (axis[1] @ move[:3, 3]) * (2.0 * np.pi / angle) * np.floor(turns) if turns > 1.0 else 0.0
-        result.append(_stretch(poses, angle / parts, axis, rise * axis[1]))
+        begins = np.arange(len(poses) - 1) / parts  # of each step, in legs
+        repeats = np.maximum(np.ceil((len(leg) - 1 - begins) / period - 1e-6) - 1.0, 0.0)
+        pitch_P = (axis[1] @ move[:3, 3]) * period * axis[1]
+        result.append(_stretch(poses, angle / parts, axis, repeats[:, None] * pitch_P))
     return result
 
 
-def _stretch(poses: list[FloatArray], arc_rad: float, axis: FloatArray, drift: FloatArray) -> Stretch:
+def _stretch(poses: list[FloatArray], arc_rad: float, axis: FloatArray, drift_P: FloatArray) -> Stretch:
     count = len(poses) - 1
-    return Stretch(poses=np.array(poses), arcs_rad=np.full(count, arc_rad), axes_P=np.tile(axis, (count, 1, 1)), drift_P=drift)
+    return Stretch(poses=np.array(poses), arcs_rad=np.full(count, arc_rad), axes_P=np.tile(axis, (count, 1, 1)), drift_P=drift_P)
 
 
 def _legs(motion: FloatArray) -> list[list[FloatArray]]:

@@ -4,7 +4,7 @@ A stretch without rotation is swept exactly by the convex hull of start and end.
 are halved where a finer one may tell of less, down to where an arc and its chord are one.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -113,25 +113,34 @@ def _last_on_arcs(
     """As `Sweeps.last_touch` on a stretch that turns."""
     best, name, (start_mm, end_mm) = -np.inf, None, span_mm
     placed = stretch.poses @ X_PB  # (n, 4, 4)
-    drifting = shrinking(solid.swept(placed[0, :3, :3].T @ stretch.drift_P))
-    arc_rad = float(stretch.arcs_rad[0])
-    together = max(1, int(_COARSE_ARC_RAD / arc_rad))
-    stops = [*range(0, len(placed) - 1, together), len(placed) - 1]
-    arcs = [(placed[a], placed[b], arc_rad * (b - a)) for a, b in pairwise(stops)]
+    arcs = list(_coarse_arcs(stretch, placed, solid, shrinking))
     while arcs:
-        start, end, arc_rad = arcs.pop()
+        shape, start, end, arc_rad = arcs.pop()
         passage = Passage(places=np.stack([start, end]), axis=stretch.axes_P[0], arc_rad=arc_rad)
-        found, body = scene.last_touch(drifting, passage, max(best, start_mm), end_mm)
+        found, body = scene.last_touch(shape, passage, max(best, start_mm), end_mm)
         if found <= best:
             continue
         if arc_rad > _FINE_ARC_RAD:
             middle = divided(start, end, 2)[0]
-            arcs += [(start, middle, arc_rad / 2.0), (middle, end, arc_rad / 2.0)]
+            arcs += [(shape, start, middle, arc_rad / 2.0), (shape, middle, end, arc_rad / 2.0)]
             continue
         best, name = found, body
         if best >= end_mm:
             break
     return best, name
+
+
+def _coarse_arcs(
+    stretch: Stretch, placed: FloatArray, solid: Polytope, shrinking: Callable[[Faces], Shrinking]
+) -> Iterator[tuple[Shrinking, FloatArray, FloatArray, float]]:
+    """Neighbouring steps that are drawn out alike: what passes, its places at either end (4, 4), and the arc between."""
+    arc_rad = float(stretch.arcs_rad[0])
+    together = max(1, int(_COARSE_ARC_RAD / arc_rad))
+    changes = np.flatnonzero(np.abs(np.diff(stretch.drift_P, axis=0)).max(axis=1, initial=0.0) > 0.0) + 1
+    for first, last in pairwise([0, *changes.tolist(), len(placed) - 1]):
+        shape = shrinking(solid.swept(placed[first, :3, :3].T @ stretch.drift_P[first]))
+        for a, b in pairwise([*range(first, last, together), last]):
+            yield shape, placed[a], placed[b], arc_rad * (b - a)
 
 
 def step_solid(stretch: Stretch, number: int, vertices: FloatArray, margin_mm: float, X_PB: FloatArray) -> FloatArray:
@@ -142,14 +151,18 @@ def step_solid(stretch: Stretch, number: int, vertices: FloatArray, margin_mm: f
         return swept(dilated(vertices, margin_mm + _ROUNDING_MM), np.round(move[:3, 3], 9))
     grown = dilated(vertices, margin_mm + _ROUNDING_MM + _sagitta_mm(stretch, vertices, placed[0], number))
     points = np.concatenate([grown, grown @ move[:3, :3].T + move[:3, 3]])
-    if stretch.drift_P.any():
-        points = np.concatenate([points, points + placed[0, :3, :3].T @ stretch.drift_P])
+    if stretch.drift_P[number].any():
+        points = np.concatenate([points, points + placed[0, :3, :3].T @ stretch.drift_P[number]])
     return np.asarray(points)
 
 
-def _sagitta_mm(stretch: Stretch, vertices: FloatArray, X_PB: FloatArray, number: int) -> float:
-    """By how much the arc of a step leaves its chord, at the most."""
+def _sagitta_mm(stretch: Stretch, vertices: FloatArray, X_PB: FloatArray, number: int) -> FloatArray:
+    """By how much the arc of a step leaves its chord along each axis of the solid's frame, at the most, (3,).
+
+    It does so across the screw axis alone.
+    """
     corners = vertices @ X_PB[:3, :3].T + X_PB[:3, 3]
     point, direction = stretch.axes_P[number]
     arm = np.linalg.norm(np.cross(corners - point, direction), axis=1).max()
-    return float(arm * (1.0 - np.cos(stretch.arcs_rad[number] / 2.0)))
+    across = np.sqrt(np.maximum(1.0 - (X_PB[:3, :3].T @ direction) ** 2, 0.0))
+    return np.asarray(across * arm * (1.0 - np.cos(stretch.arcs_rad[number] / 2.0)))

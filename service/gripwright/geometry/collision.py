@@ -112,17 +112,6 @@ class Scene:
         half = np.abs(X[:3, :3]) @ half + reach
         return np.flatnonzero(((self.low <= centre + half) & (self.high >= centre - half)).all(axis=1)).tolist()
 
-    def first_hit(self, shape: ConvexShape, X: FloatArray) -> str | None:
-        """Name of a mesh whose surface the solid touches at pose X of the scene's frame, or None."""
-        near = self._near(shape, X, 0.0)
-        if not near:
-            return None
-        solid = shape.placed(X)
-        for i in near:
-            if fcl.collide(solid, self._objects[i], _REQUEST, fcl.CollisionResult()):
-                return self.names[i]
-        return None
-
     def first_hits(self, shape: ConvexShape, X: FloatArray) -> IntArray:
         """For each pose (n, 4, 4) of the solid the index in `names` of a mesh whose surface it touches, or −1, (n,)."""
         found = np.full(len(X), -1)
