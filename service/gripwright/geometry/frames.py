@@ -29,9 +29,14 @@ def transform(X_AB: FloatArray, points_B: FloatArray) -> FloatArray:
 
 
 def pose(x: FloatArray, y: FloatArray, z: FloatArray, origin: FloatArray) -> FloatArray:
-    """The pose whose axes are the unit vectors x, y, z and whose origin is given, all seen from the outer frame."""
-    X = np.eye(4)
-    X[:3, 0], X[:3, 1], X[:3, 2], X[:3, 3] = x, y, z, origin
+    """The pose whose axes are the unit vectors x, y, z and whose origin is given, all seen from the outer frame.
+
+    Of arrays (…, 3), which broadcast, the poses (…, 4, 4).
+    """
+    columns = np.broadcast_arrays(x, y, z, origin)
+    X = np.zeros((*columns[0].shape[:-1], 4, 4))
+    X[..., :3, :] = np.stack(columns, axis=-1)
+    X[..., 3, 3] = 1.0
     return X
 
 
