@@ -30,11 +30,12 @@ from whole_design import design
 from designed_products import PUMP
 from gripwright.cad.limits import DEFAULT_LIMITS
 from gripwright.cad.package import read_package
+from gripwright.design.grasp_judge import GraspJudge, HeldComponent
 from gripwright.design.hand_check import HandCheck, OperationScene
 from gripwright.design.plan import plan_of
 from gripwright.design.scenes import Body, held_component, operation_scene
 from gripwright.design.stage_table import STAGES
-from gripwright.design.stages.constraints import HeldComponent, judge_segment
+from gripwright.design.stages.constraints import SegmentSearch
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import Component, Operation
 from gripwright.domain.errors import Rejection
@@ -154,8 +155,12 @@ def judge(part: Part, toolbox: Toolbox) -> int:
     def envelopes(gripper_type: str, width_mm: float) -> FloatArray:
         return np.array([ENVELOPE_MM])
 
-    verdicts = [judge_segment(part.held, item, needs, part.scene, toolbox, envelopes, RunContext()) for item, needs in part.tasks]
-    return sum(verdict.grasps_planned for verdict in verdicts)
+    judging, count = GraspJudge(part.held, part.scene, envelopes, RunContext()), 0
+    for item, needs in part.tasks:
+        search = SegmentSearch(item, needs, judging, toolbox, RunContext())
+        search.planned()
+        count += search.verdict("").grasps_planned
+    return count
 
 
 def mesh_of_solids(solids: list[FloatArray]) -> Mesh:

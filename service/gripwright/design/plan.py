@@ -62,6 +62,10 @@ class Plan(BaseModel):
     min_contact: float = Field(3.0, gt=0, le=100, description="mm, least contact height")
     margin: float = Field(0.1, ge=0, le=20, description="mm, least clearance to anything that is not gripped")
     contact_tolerance: float = Field(0.1, ge=0, le=5, description="mm of overlap of the motion itself that is contact")
+    finest_rotation: float = Field(
+        1.9, gt=0, le=180, description="degrees between grasps at the finest, where none of the planned ones is free"
+    )
+    finest_step: float = Field(0.65, gt=0, le=100, description="mm between grasps at the finest")
     seed: int = Field(0, ge=0, description="of everything that is random")
     params: dict[str, dict[str, Any]] = Field(default_factory=dict, description="plug-in key → parameters")
 
