@@ -46,7 +46,9 @@ class Plan(BaseModel):
     fitters: tuple[str, ...] = Field(("cylinder", "box"), min_length=1, description="keys of the primitive fitters that compete")
     affordance: tuple[str, ...] = Field(("marked", "threads", "teeth"), description="keys of the affordance detectors")
     rules: tuple[str, ...] = Field(
-        ("three_finger_cylinder", "two_finger_box"), min_length=1, description="keys of the gripper rules, preferred first"
+        ("three_finger_cylinder", "two_finger_box", "three_finger_bore"),
+        min_length=1,
+        description="keys of the gripper rules, preferred first",
     )
     hands: tuple[str, ...] = Field(("centric_3", "parallel_2"), min_length=1, description="keys of the hand models")
     planners: tuple[str, ...] = Field(("axial", "facet_pairs"), min_length=1, description="keys of the grasp planners")
