@@ -7,7 +7,8 @@ import numpy as np
 
 from gripwright.design.toolbox import record_classes
 from gripwright.domain.shape import Mesh
-from gripwright.geometry.clipping import near_box
+from gripwright.geometry.clipping import corners_within, near_box
+from gripwright.geometry.collision import winding_numbers
 from gripwright.geometry.facets import coplanar_patches
 from gripwright.geometry.refine import refine
 from gripwright.jobs.installed import installed_registry
@@ -26,6 +27,8 @@ def _rehearse() -> None:
     coplanar_patches(tetrahedron, np.arange(4))
     refine(tetrahedron, 1.0)
     near_box(tetrahedron.vertices_mm, np.ones(4), np.eye(4), np.zeros(3), np.ones(3))
+    corners_within(tetrahedron.triangles_mm, np.eye(3), np.ones(3))
+    winding_numbers(tetrahedron, np.zeros((1, 3)))
 
 
 # A service manager that stops everything at once must not make a running step look crashed: the worker decides.
