@@ -7,7 +7,7 @@ import numpy as np
 
 from gripwright.design.core_hand import core_hand
 from gripwright.design.hand_check import HandCheck, OperationScene
-from gripwright.domain.grasp import Grasp
+from gripwright.domain.grasp import EXTERNAL, Grasp
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray
 from gripwright.geometry.frames import moved
 from gripwright.plugin_api import HandModel
@@ -80,7 +80,27 @@ def hopeless(places: Places, middles: Sequence[Grasp], hand: HandModel, scene: O
     core = core_hand(hand, middles[0].grip, opening, places.extents.max(axis=0) / 2.0)
     if core is None:
         return none
-    return np.array([miss is not None for miss in HandCheck(scene, core).roughs(middles, tips_mm)])
+    hit = np.array([miss is not None for miss in HandCheck(scene, core).roughs(middles, tips_mm)])
+    hit[~hit] = _swallowed([grasp for grasp, found in zip(middles, hit, strict=True) if not found], core, scene)
+    return hit
+
+
+def _swallowed(grasps: Sequence[Grasp], hand: HandModel, scene: OperationScene) -> BoolArray:
+    """Grasps one of whose open fingers has its middle inside a body, (n,): a core may lie wholly within, and cross no surface."""
+    found = np.zeros(len(grasps), dtype=bool)
+    if not len(grasps):
+        return found
+    out_mm = scene.release_clearance_mm / (2.0 if grasps[0].grip == EXTERNAL else -2.0)
+    X_CF = np.array([grasp.X_CG @ hand.finger_poses(grasp.opening_width_mm) for grasp in grasps])  # (n, fingers, 4, 4)
+    for solid in hand.finger(scene.far_mm, grasps[0].grip):
+        middle = np.append(solid.vertices_mm.mean(axis=0) + np.array([out_mm, 0.0, 0.0]), 1.0)
+        points_C = (X_CF @ middle).reshape(-1, 4)
+        for around, X in (
+            (scene.attached, np.eye(4)),
+            *((scene.standing, place @ scene.X_PC) for place in scene.motion[[-1, 0]]),
+        ):
+            found |= around.holds((points_C @ X.T)[:, :3]).reshape(len(grasps), -1).any(axis=1)
+    return found
 
 
 def _words(at: FloatArray) -> str:

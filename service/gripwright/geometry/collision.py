@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from scipy.spatial import ConvexHull
 
-from gripwright.domain.shape import FloatArray, IntArray, Mesh
+from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
 from gripwright.geometry.solids import is_box
 
 _REQUEST = fcl.CollisionRequest()
@@ -176,13 +176,20 @@ class Scene:
 
     def inside(self, point: FloatArray) -> str | None:
         """Name of a mesh that has the point (of the scene's frame) inside, by its winding number, or None."""
-        holds = ((self.low <= point) & (point <= self.high)).all(axis=1)
-        for i in np.flatnonzero(holds):
-            item = self._items[int(i)]
-            local = item.X[:3, :3].T @ (point - item.X[:3, 3])
-            if abs(winding_number(item.surface.mesh, local)) > 0.5:
-                return item.name
-        return None
+        return next((item.name for i, item in enumerate(self._items) if self._within(i, point[None])[0]), None)
+
+    def holds(self, points: FloatArray) -> BoolArray:
+        """Which of the points (n, 3) some mesh has inside, (n,)."""
+        found = np.zeros(len(points), dtype=bool)
+        for i in range(len(self)):
+            found |= self._within(i, points)
+        return found
+
+    def _within(self, i: int, points: FloatArray) -> BoolArray:
+        item, near = self._items[i], np.asarray(((self.low[i] <= points) & (points <= self.high[i])).all(axis=1))
+        local = (points[near] - item.X[:3, 3]) @ item.X[:3, :3]
+        near[near] = np.abs(winding_numbers(item.surface.mesh, local)) > 0.5
+        return near
 
 
 class _PlacedObjects:
