@@ -15,11 +15,12 @@ from gripwright.cad.package import read_package
 from gripwright.cli.options import options_of
 from gripwright.design import motion, sweeps
 from gripwright.design.finger_lengths import palm_hit
+from gripwright.design.grasp_judge import GraspJudge
 from gripwright.design.hand_check import HandCheck
 from gripwright.design.plan import plan_of
 from gripwright.design.scenes import held_component
 from gripwright.design.stage_table import STAGES
-from gripwright.design.stages.constraints import judge_segment
+from gripwright.design.stages.constraints import SegmentSearch
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import Grasp, SegmentVerdict
 from gripwright.plugin_api import RunContext
@@ -104,8 +105,10 @@ def judged(package: Path, component: str, settings: tuple[str, ...]) -> list[Seg
     scene = scene_of(task, operation, bodies, component, plan)
     carried = held_component(operation, bodies[component], [], inputs["prepared"].mesh, inputs["grips"].forbidden)
     asked = [(item, inputs["grips"].segments[item.segment.id]) for item in inputs["analysis"].segments]
-    return [
-        judge_segment(carried, item, needs, scene, toolbox, lambda gripper_type, width: np.array([PALM_RADIUS_MM]), RunContext())
-        for item, needs in asked
-        if not isinstance(needs, Rejection)
+    judge = GraspJudge(carried, scene, lambda gripper_type, width: np.array([PALM_RADIUS_MM]), RunContext())
+    searches = [
+        SegmentSearch(item, needs, judge, toolbox, RunContext()) for item, needs in asked if not isinstance(needs, Rejection)
     ]
+    for search in searches:
+        search.planned()
+    return [search.verdict("") for search in searches]

@@ -1,10 +1,12 @@
-"""The yardstick of `bench_grasps`: antipodal grasps as assembly planners commonly find them, from samples of the surface.
+"""The yardstick of `bench_grasps`: antipodal grasps as assembly planners, WRS among them, find them from samples of the surface.
 
 Points are drawn on the surface, a ray inwards from each finds the point opposite, and every pair of contacts whose normals
 oppose each other is tried at regular rotations about its line; the gripper's meshes are then checked against the object's
-whole mesh by FCL. Everything that can be kept between checks is kept: hierarchies, collision objects, directions.
+whole mesh by FCL. Two ways: `kept`, everything that can be kept between checks is kept (hierarchies, collision objects,
+directions; the rays' tree); otherwise each check builds the hierarchies of the meshes that it compares anew.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import fcl
@@ -27,12 +29,10 @@ class Planned:
     free: int
 
 
-def plan(mesh: Mesh, finger: Mesh, palm: Mesh, samples: int, opening_max_mm: float, seed: int) -> Planned:
+def plan(mesh: Mesh, finger: Mesh, palm: Mesh, samples: int, opening_max_mm: float, seed: int, kept: bool) -> Planned:
     """Grasps of a 2-finger gripper, `finger` in its own frame, `palm` in the gripper's."""
     surface = trimesh.Trimesh(vertices=mesh.vertices_mm, faces=mesh.faces, process=False)
-    placed = fcl.CollisionObject(_bvh(mesh))
-    fingers = [fcl.CollisionObject(_bvh(finger)) for _ in range(2)]
-    body = fcl.CollisionObject(_bvh(palm))
+    hits = _checks(mesh, finger, palm, kept)
     tried = free = 0
     for first, second, normal in _pairs(surface, samples, opening_max_mm, seed):
         width = float(np.linalg.norm(second - first)) + 2.0 * OFF_MM
@@ -44,10 +44,12 @@ def plan(mesh: Mesh, finger: Mesh, palm: Mesh, samples: int, opening_max_mm: flo
             rotation = np.column_stack([normal, np.cross(approach, normal), approach])
             mirrored = np.column_stack([-normal, -np.cross(approach, normal), approach])
             tried += 1
-            body.setTransform(fcl.Transform(rotation, middle))
-            fingers[0].setTransform(fcl.Transform(rotation, middle + normal * width / 2.0))
-            fingers[1].setTransform(fcl.Transform(mirrored, middle - normal * width / 2.0))
-            free += not any(fcl.collide(part, placed, fcl.CollisionRequest(), fcl.CollisionResult()) for part in (*fingers, body))
+            places = [
+                fcl.Transform(rotation, middle + normal * width / 2.0),
+                fcl.Transform(mirrored, middle - normal * width / 2.0),
+                fcl.Transform(rotation, middle),
+            ]
+            free += not any(hits(part, place) for part, place in enumerate(places))
     return Planned(tried=tried, free=free)
 
 
@@ -68,6 +70,21 @@ def _pairs(
             if normals[other] @ normal <= np.cos(OPPOSED_RAD) and 1e-2 < apart <= opening_max_mm:
                 found.append((point, hit, normal))
     return found
+
+
+def _checks(mesh: Mesh, finger: Mesh, palm: Mesh, kept: bool) -> Callable[[int, fcl.Transform], bool]:
+    """Whether a part of the gripper (0, 1: a finger, 2: the palm) hits the object at a place."""
+    parts = (finger, finger, palm)
+    made = [fcl.CollisionObject(_bvh(part)) for part in parts]
+    standing = fcl.CollisionObject(_bvh(mesh))
+
+    def hits(part: int, place: fcl.Transform) -> bool:
+        moving = made[part] if kept else fcl.CollisionObject(_bvh(parts[part]))
+        moving.setTransform(place)
+        against = standing if kept else fcl.CollisionObject(_bvh(mesh))
+        return bool(fcl.collide(moving, against, fcl.CollisionRequest(), fcl.CollisionResult()))
+
+    return hits
 
 
 def _bvh(mesh: Mesh) -> fcl.BVHModel:

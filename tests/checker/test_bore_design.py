@@ -16,14 +16,14 @@ from OCP.STEPControl import STEPControl_Reader
 
 from checker.bench import box, shifted, tube
 from checker.promises import check_design
-from designed_products import COMPLETE, INCOMPLETE
+from designed_products import COMPLETE, INCOMPLETE, PAPER
 from gripwright.geometry import brep
 from gripwright.geometry.measures import volume_mm3
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 OUTSIDE_ONLY = ("rules=three_finger_cylinder,two_finger_box",)
-AS_ITS_BORE_ASKS = ("rules=three_finger_cylinder,two_finger_box,three_finger_bore",)
+BY_DEFAULT: tuple[str, ...] = ()
 
 
 @pytest.fixture(scope="session")
@@ -90,7 +90,7 @@ def test_the_command_ends_with_the_same_sentence(bush: Path, designed: Any, tmp_
 
 
 def test_from_inside_it_is_held_by_fingers_that_keep_every_promise(bush: Path, designed: Any) -> None:
-    code, folder = designed(bush, AS_ITS_BORE_ASKS)
+    code, folder = designed(bush, BY_DEFAULT)
     (gripper,) = json.loads((folder / "design.json").read_text())["grippers"]
     (handle,) = gripper["handles"]
 
@@ -102,8 +102,16 @@ def test_from_inside_it_is_held_by_fingers_that_keep_every_promise(bush: Path, d
     assert handle["hold"]["safety_factor"] >= 2.0
 
 
+def test_the_papers_plan_holds_nothing_from_inside(bush: Path, designed: Any) -> None:
+    code, folder = designed(bush, PAPER)
+    segments = json.loads((folder / "design.json").read_text())["components"][1]["segments"]
+
+    assert code == INCOMPLETE
+    assert {segment["grip"] for segment in segments} <= {None, "external"}
+
+
 def test_its_finger_is_a_valid_solid_with_a_round_nose_at_x_zero(bush: Path, designed: Any) -> None:
-    _, folder = designed(bush, AS_ITS_BORE_ASKS)
+    _, folder = designed(bush, BY_DEFAULT)
     (gripper,) = json.loads((folder / "design.json").read_text())["grippers"]
     reader = STEPControl_Reader()
     assert reader.ReadFile(str(folder / gripper["files"]["finger_step"])) == IFSelect_ReturnStatus.IFSelect_RetDone

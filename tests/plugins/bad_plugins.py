@@ -262,6 +262,20 @@ class GraspsFromTheSide(AxialPlanner):
         return [replace(one, X_CG=one.X_CG @ quarter) for one in found]
 
 
+@breaks("at the end of its leeway: its z points along none of the directions")
+class LeavesTheAxis(AxialPlanner):
+    def plan(self, component, segment, requirement, hand, ctx):
+        found = super().plan(component, segment, requirement, hand, ctx)
+        return [replace(one, leeway=np.array([[-0.3, 0.3], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]])) for one in found]
+
+
+@breaks("its leeway is no finite array (4, 2) of ranges from … to that hold 0")
+class StandsForOthers(AxialPlanner):
+    def plan(self, component, segment, requirement, hand, ctx):
+        found = super().plan(component, segment, requirement, hand, ctx)
+        return [replace(one, leeway=np.array([[0.0, 0.0], [0.1, 0.2], [0.0, 0.0], [0.0, 0.0]])) for one in found]
+
+
 @breaks("no gripper holds component-1, which can be held")
 class HoldsNothing(Basic):
     def solve(self, problem, ctx):

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gripwright.design.grasp_judge import GraspJudge
 from gripwright.design.hand_check import Miss
 from gripwright.design.scenes import Body, held_component, operation_scene
 from gripwright.design.shortfall import without_grasp
-from gripwright.design.stages.constraints import judge_segment
+from gripwright.design.stages.constraints import SegmentSearch
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component, Obstacle, Operation
 from gripwright.domain.grasp import (
@@ -91,15 +92,10 @@ def judged(
     )
     analysis: Any = SimpleNamespace(segment=SimpleNamespace(id=2))
     ctx = RunContext(min_contact_mm=3.0)
-    return judge_segment(
-        held_component(operation, body, [], held, forbidden),
-        analysis,
-        asked,
-        scene,
-        toolbox,
-        lambda gripper_type, width: np.array([envelope]),
-        ctx,
-    )
+    judge = GraspJudge(held_component(operation, body, [], held, forbidden), scene, lambda kind, width: np.array([envelope]), ctx)
+    search = SegmentSearch(analysis, asked, judge, toolbox, ctx)
+    search.planned()
+    return search.verdict("")
 
 
 def miss_of(verdict: SegmentVerdict) -> NearestMiss:

@@ -43,43 +43,60 @@ class AxialPlanner:
         if not isinstance(cylinder, Cylinder):
             return []
         x = any_perpendicular(cylinder.axis_C)
-        turns = self._rotations(component, segment, cylinder, x, hand.fingers)
+        turns, beside = self._rotations(component, segment, cylinder, x, hand.fingers)
+        fingers = np.cos(turns)[:, None] * x + np.sin(turns)[:, None] * np.cross(cylinder.axis_C, x)  # (t, 3)
         grasps = []
         off_bottom = _OFF_BOTTOM_MM + ctx.margin_mm if requirement.grip == INTERNAL else None
-        for depth in self._depths(cylinder.height_mm, ctx.min_contact_mm, off_bottom):
+        for depth, deeper in self._depths(cylinder.height_mm, ctx.min_contact_mm, off_bottom):
             for approach in requirement.approach_C:
                 tips = cylinder.center_C + approach * (depth - cylinder.height_mm / 2.0)
-                for turn in turns:
-                    finger = np.cos(turn) * x + np.sin(turn) * np.cross(cylinder.axis_C, x)
+                X_CG = pose(fingers, np.cross(approach, fingers), approach, tips)
+                for turn, X, stands in zip(turns, X_CG, beside, strict=True):
                     grasps.append(
                         Grasp(
-                            X_CG=pose(finger, np.cross(approach, finger), approach, tips),
+                            X_CG=X,
                             gripper_type=requirement.gripper_type,
                             grip=requirement.grip,
                             opening_width_mm=requirement.opening_width_mm,
                             label=f"along the axis, {depth:.1f} mm deep, turned {np.degrees(turn):.0f}°",
+                            leeway=_leeway(stands, deeper),
                         )
                     )
         return grasps
 
-    def _depths(self, height_mm: float, min_contact_mm: float, off_bottom_mm: float | None) -> FloatArray:
-        """Depths of the tips, ascending; within a bore also one that stays that far off its end."""
+    def _depths(self, height_mm: float, min_contact_mm: float, off_bottom_mm: float | None) -> list[tuple[float, float | None]]:
+        """Depths of the tips, ascending, and how much deeper each stands for; within a bore also one that far off its end."""
         least = min(height_mm, min_contact_mm + self._params.contact_reserve)
         steps = np.array([least, least + 1.0, least + 2.5])  # past a chamfer or a fillet
         deep = np.array([] if off_bottom_mm is None else [height_mm - off_bottom_mm])
-        regular = np.linspace(least, height_mm, self._params.depths)
+        regular = np.round(np.linspace(least, height_mm, self._params.depths), 6)
         chosen = np.concatenate([steps[steps <= height_mm], deep[deep >= min(min_contact_mm, least)], regular])
-        return np.asarray(np.unique(np.round(chosen, 6)))
+        ends = np.append(regular[1:], height_mm)
+        deeper = {low: high - low for low, high in zip(regular.tolist(), ends.tolist(), strict=True) if high > low}
+        return [(depth, deeper.get(depth)) for depth in np.unique(np.round(chosen, 6)).tolist()]
 
-    def _rotations(self, component: Component, segment: Segment, cylinder: Cylinder, x: FloatArray, fingers: int) -> FloatArray:
-        """Rotations of finger 1 about the axis, [0, 2π/fingers): regular ones, and on a coarse mesh those that meet facets."""
-        pitch = 2.0 * np.pi / fingers
-        regular = np.arange(0.0, pitch - 1e-9, np.radians(self._params.rotation_step))
+    def _rotations(
+        self, component: Component, segment: Segment, cylinder: Cylinder, x: FloatArray, fingers: int
+    ) -> tuple[FloatArray, list[float | None]]:
+        """Rotations of finger 1 about the axis, [0, 2π/fingers), and how far each stands for those beside it.
+
+        Regular ones, and on a coarse mesh those that meet facets.
+        """
+        pitch, step = 2.0 * np.pi / fingers, float(np.radians(self._params.rotation_step))
+        regular = np.arange(0.0, pitch - 1e-9, step)
+        beside: list[float | None] = [step / 2.0] * len(regular)
         normals = face_normals(component.mesh)[segment.faces]  # (k, 3)
         radial = normals[np.abs(normals @ cylinder.axis_C) < 0.1]
         angles = np.arctan2(radial @ np.cross(cylinder.axis_C, x), radial @ x)
         distinct = np.unique(np.round(angles, 3))
         if len(distinct) == 0 or len(distinct) >= _COARSE:
-            return np.asarray(regular)
+            return regular, beside
         aligned = np.unique(np.round(np.mod(angles, pitch), 3))
-        return np.asarray(np.concatenate([aligned, regular]))
+        return np.concatenate([aligned, regular]), [*[None] * len(aligned), *beside]
+
+
+def _leeway(beside_rad: float | None, deeper_mm: float | None) -> FloatArray | None:
+    """The grasps that one with such neighbours stands for: about the axis, and along it."""
+    if beside_rad is None or deeper_mm is None:
+        return None
+    return np.array([[0.0, 0.0], [-beside_rad, beside_rad], [0.0, 0.0], [0.0, deeper_mm]])

@@ -46,7 +46,9 @@ class Plan(BaseModel):
     fitters: tuple[str, ...] = Field(("cylinder", "box"), min_length=1, description="keys of the primitive fitters that compete")
     affordance: tuple[str, ...] = Field(("marked", "threads", "teeth"), description="keys of the affordance detectors")
     rules: tuple[str, ...] = Field(
-        ("three_finger_cylinder", "two_finger_box"), min_length=1, description="keys of the gripper rules, preferred first"
+        ("three_finger_cylinder", "two_finger_box", "three_finger_bore"),
+        min_length=1,
+        description="keys of the gripper rules, preferred first",
     )
     hands: tuple[str, ...] = Field(("centric_3", "parallel_2"), min_length=1, description="keys of the hand models")
     planners: tuple[str, ...] = Field(("axial", "facet_pairs"), min_length=1, description="keys of the grasp planners")
@@ -62,6 +64,10 @@ class Plan(BaseModel):
     min_contact: float = Field(3.0, gt=0, le=100, description="mm, least contact height")
     margin: float = Field(0.1, ge=0, le=20, description="mm, least clearance to anything that is not gripped")
     contact_tolerance: float = Field(0.1, ge=0, le=5, description="mm of overlap of the motion itself that is contact")
+    finest_rotation: float = Field(
+        1.9, gt=0, le=180, description="degrees between grasps at the finest, where none of the planned ones is free"
+    )
+    finest_step: float = Field(0.65, gt=0, le=100, description="mm between grasps at the finest")
     seed: int = Field(0, ge=0, description="of everything that is random")
     params: dict[str, dict[str, Any]] = Field(default_factory=dict, description="plug-in key → parameters")
 

@@ -6,8 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from gripwright.design.grasp_judge import HeldComponent
 from gripwright.design.hand_check import OperationScene
-from gripwright.design.stages.constraints import HeldComponent
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component, Obstacle, Operation
 from gripwright.domain.shape import FloatArray, Mesh

@@ -51,7 +51,8 @@ def without_grasp(verdict: OperationVerdict) -> str:
     closest = closest_segment(verdict)
     if closest is not None:
         planned = sum(segment.grasps_planned for _, segment in judged)
-        among = f"that is the closest found of {planned} grasps on {_segments(len(judged))}"
+        searched = sorted({f", {segment.searched}" for _, segment in judged if segment.searched})
+        among = f"that is the closest found of {planned} grasps on {_segments(len(judged))}{''.join(searched)}"
         return f"{_unheld(verdict)}: {_subject(closest, verdict)}{closest.miss.sentence}; {among}"
     component, segment, rejection = max(failed, key=lambda entry: (_rank(entry[2].code, _ORDER), entry[1].grasps_planned))
     return (

@@ -46,7 +46,13 @@ STAGES: Mapping[str, Stage] = {
         Stage(name="fit", at=_AT, uses=("fitter",), plan_fields=("seed",), version=5),
         Stage(name="keep", at=_AT),
         Stage(name="grips", at=_AT, uses=("affordance", "rule"), plan_fields=("plan", "seed"), version=2),
-        Stage(name="constraints", at=_AT, uses=("hand", "planner"), plan_fields=("plan", *_GRASPING), version=5),
+        Stage(
+            name="constraints",
+            at=_AT,
+            uses=("hand", "planner"),
+            plan_fields=("plan", "finest_rotation", "finest_step", *_GRASPING),
+            version=7,
+        ),
         Stage(
             name="select",
             at=_AT,

@@ -9,6 +9,7 @@ import numpy as np
 from gripwright.design import catalogue, scenes
 from gripwright.design.barred import without_barred
 from gripwright.design.gauge import Envelopes
+from gripwright.design.grasp_judge import GraspJudge, HeldComponent
 from gripwright.design.hand_check import OperationScene
 from gripwright.design.operation_class import OperationClass, PlacedComponent, classify
 from gripwright.design.overlap import deepest_overlap
@@ -16,7 +17,8 @@ from gripwright.design.owned import owned_grippers
 from gripwright.design.plan import Plan
 from gripwright.design.result import DesignParts, DesignResult, design_result
 from gripwright.design.stage_table import StepFunction
-from gripwright.design.stages import affordance, constraints, fingers, rules, select, verify
+from gripwright.design.stages import affordance, fingers, rules, select, verify
+from gripwright.design.stages.constraints import SegmentSearch, search_all
 from gripwright.design.stages.fit import fit
 from gripwright.design.stages.keep import keep
 from gripwright.design.stages.prepare import PrepareSettings, prepare
@@ -114,11 +116,7 @@ def _constraints(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: R
         kind = classify(operation.motion, operation.fit, _marked(inputs["active"]), _marked(inputs["passive"]))
         operation = _with_default_force(operation, kind, plan)
         warnings = _overlap_warnings(operation, inputs, plan)
-    envelopes = _envelopes(inputs["actuators"], inputs["owned"])
-    verdicts: dict[str, tuple[SegmentVerdict, ...]] = {}
-    for held in _active(inputs):
-        if held.component.id in operation.graspable:
-            verdicts[held.component.id] = _judged({**inputs, "operation": operation}, held, plan, toolbox, envelopes, ctx)
+    verdicts = _judged({**inputs, "operation": operation}, plan, toolbox, ctx)
     return OperationVerdict(
         operation=operation.id,
         components=verdicts,
@@ -130,28 +128,40 @@ def _constraints(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: R
     )
 
 
-def _judged(
-    inputs: Mapping[str, Any],
-    held: Participant,
-    plan: Plan,
-    toolbox: Toolbox,
-    envelopes: Envelopes,
-    ctx: RunContext,
-) -> tuple[SegmentVerdict, ...]:
-    """How each segment of one component fares in the operation."""
-    scene, component = _held_scene(inputs, held, plan)
+def _judged(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> dict[str, tuple[SegmentVerdict, ...]]:
+    """How each segment of the components that may be held fares in the operation."""
+    operation: Operation = inputs["operation"]
+    envelopes = _envelopes(inputs["actuators"], inputs["owned"])
+    tasks: dict[str, list[SegmentSearch | SegmentVerdict]] = {}
+    for held in _active(inputs):
+        if held.component.id in operation.graspable:
+            scene, component = _held_scene(inputs, held, plan)
+            tasks[held.component.id] = _tasks(held, GraspJudge(component, scene, envelopes, ctx), toolbox, ctx)
+    searches = [task for found in tasks.values() for task in found if isinstance(task, SegmentSearch)]
+
+    def progress(number: int) -> None:
+        ctx.progress((number + 1) / len(searches), f"{operation.id}: {', '.join(tasks)}")
+
+    finest = np.repeat([np.radians(plan.finest_rotation), plan.finest_step], 2)
+    searched = search_all(searches, finest, progress)
+    return {
+        component: tuple(task.verdict(searched) if isinstance(task, SegmentSearch) else task for task in found)
+        for component, found in tasks.items()
+    }
+
+
+def _tasks(held: Participant, judge: GraspJudge, toolbox: Toolbox, ctx: RunContext) -> list[SegmentSearch | SegmentVerdict]:
+    """A search for each segment that some gripper is asked for, the verdict on every other one."""
     assert held.analysis is not None
     assert held.grips is not None
-    judged = []
+    tasks: list[SegmentSearch | SegmentVerdict] = []
     for item in held.analysis.segments:
-        needs = held.grips.segments[item.segment.id]
+        number, needs = item.segment.id, held.grips.segments[item.segment.id]
         if isinstance(needs, Rejection):
-            verdict = SegmentVerdict(segment=item.segment.id, requirement=None, grasps_planned=0, free=(), rejection=needs)
+            tasks.append(SegmentVerdict(segment=number, requirement=None, grasps_planned=0, free=(), rejection=needs))
         else:
-            verdict = constraints.judge_segment(component, item, needs, scene, toolbox, envelopes, ctx)
-        judged.append(verdict)
-        ctx.progress(len(judged) / len(held.analysis.segments), f"{inputs['operation'].id}: {held.component.id}")
-    return tuple(judged)
+            tasks.append(SegmentSearch(item, needs, judge, toolbox, ctx))
+    return tasks
 
 
 def _marked(items: Sequence[Mapping[str, Any]]) -> list[PlacedComponent]:
@@ -204,7 +214,7 @@ def _bodies(items: Sequence[Mapping[str, Any]]) -> list[scenes.Body]:
     return [scenes.Body(component=item["component"], solid=item["prepared"].solid) for item in items]
 
 
-def _held_scene(inputs: Mapping[str, Any], held: Participant, plan: Plan) -> tuple[OperationScene, constraints.HeldComponent]:
+def _held_scene(inputs: Mapping[str, Any], held: Participant, plan: Plan) -> tuple[OperationScene, HeldComponent]:
     """The scene of an operation, and the held component, from a step's inputs."""
     operation: Operation = inputs["operation"]
     obstacles: Sequence[Obstacle] = inputs["obstacles"]

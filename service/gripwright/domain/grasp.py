@@ -31,7 +31,11 @@ class GripRequirement:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Grasp:
-    """A hand pose on a component: `X_CG` is the gripper frame seen from the component's."""
+    """A hand pose on a component: `X_CG` is the gripper frame seen from the component's.
+
+    `leeway` are the grasps in between that this one stands for: turned about the gripper's x and z (rad), and shifted along
+    its y and z (mm), each from … to. They are judged where none of the planned grasps is free; None: there are none.
+    """
 
     X_CG: FloatArray  # (4, 4)
     gripper_type: str
@@ -39,6 +43,7 @@ class Grasp:
     opening_width_mm: float
     contact_offset_mm: float = 0.0
     label: str = ""  # how it was planned, for the report: "axis +z, depth 3.2, 30°"
+    leeway: FloatArray | None = None  # (4, 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -106,6 +111,7 @@ class SegmentVerdict:
     free: tuple[FreeGrasp, ...]
     rejection: Rejection | None
     nearest_miss: NearestMiss | None = None
+    searched: str = ""  # how finely between the planned grasps, in words: "searched to 1.9°, 0.65 mm"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -47,6 +47,51 @@ def clip_to_box(triangles: FloatArray, low: FloatArray, high: FloatArray) -> Flo
     return result
 
 
+def corners_within(triangles: FloatArray, normals: FloatArray, offsets: FloatArray) -> FloatArray:
+    """Corners (k, 3) of the parts of triangles (m, 3, 3) that lie within all half-spaces normals (f, 3) · p ≤ offsets (f,)."""
+    return np.asarray(_corners_within(np.ascontiguousarray(triangles), np.ascontiguousarray(normals), offsets))
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _corners_within(triangles: FloatArray, normals: FloatArray, offsets: FloatArray) -> FloatArray:
+    faces = len(offsets)
+    found = np.empty((4 * len(triangles) + faces + 3, 3))
+    total = 0
+    part, left = np.empty((faces + 3, 3)), np.empty((faces + 3, 3))  # each half-space adds a corner at the most
+    height = np.empty(faces + 3)
+    for t in range(len(triangles)):
+        part[:3] = triangles[t]
+        count = 3
+        for f in range(faces):
+            beyond = 0
+            for i in range(count):
+                height[i] = normals[f, 0] * part[i, 0] + normals[f, 1] * part[i, 1] + normals[f, 2] * part[i, 2] - offsets[f]
+                beyond += height[i] > 0.0
+            if beyond == 0:
+                continue
+            kept = 0
+            for i in range(0 if beyond < count else count, count):
+                j = (i + 1) % count
+                if height[i] <= 0.0:
+                    left[kept] = part[i]
+                    kept += 1
+                if (height[i] > 0.0) != (height[j] > 0.0):
+                    share = height[i] / (height[i] - height[j])
+                    for k in range(3):
+                        left[kept, k] = part[i, k] + share * (part[j, k] - part[i, k])
+                    kept += 1
+            part, left, count = left, part, kept
+            if count == 0:
+                break
+        if total + count > len(found):
+            grown = np.empty((2 * len(found), 3))
+            grown[:total] = found[:total]
+            found = grown
+        found[total : total + count] = part[:count]
+        total += count
+    return found[:total].copy()
+
+
 def near_box(centres: FloatArray, reach: FloatArray, X: FloatArray, low: FloatArray, high: FloatArray) -> IntArray:
     """Indices of balls (centres (m, 3), radii (m,)) that may meet low ≤ p ≤ high once they are placed at X (4, 4)."""
     return np.asarray(_near_box(centres, reach, np.ascontiguousarray(X), low, high))

@@ -9,9 +9,10 @@ from functools import cached_property
 
 import fcl
 import numpy as np
+from numba import njit
 from scipy.spatial import ConvexHull
 
-from gripwright.domain.shape import FloatArray, IntArray, Mesh
+from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
 from gripwright.geometry.solids import is_box
 from gripwright.geometry.triangle_blocks import TriangleBlocks
 from gripwright.geometry.withdrawal import Passage, Shrinking
@@ -185,13 +186,20 @@ class Scene:
 
     def inside(self, point: FloatArray) -> str | None:
         """Name of a mesh that has the point (of the scene's frame) inside, by its winding number, or None."""
-        holds = ((self.low <= point) & (point <= self.high)).all(axis=1)
-        for i in np.flatnonzero(holds):
-            item = self._items[int(i)]
-            local = item.X[:3, :3].T @ (point - item.X[:3, 3])
-            if abs(winding_number(item.surface.mesh, local)) > 0.5:
-                return item.name
-        return None
+        return next((item.name for i, item in enumerate(self._items) if self._within(i, point[None])[0]), None)
+
+    def holds(self, points: FloatArray) -> BoolArray:
+        """Which of the points (n, 3) some mesh has inside, (n,)."""
+        found = np.zeros(len(points), dtype=bool)
+        for i in range(len(self)):
+            found |= self._within(i, points)
+        return found
+
+    def _within(self, i: int, points: FloatArray) -> BoolArray:
+        item, near = self._items[i], np.asarray(((self.low[i] <= points) & (points <= self.high[i])).all(axis=1))
+        local = (points[near] - item.X[:3, 3]) @ item.X[:3, :3]
+        near[near] = np.abs(winding_numbers(item.surface.mesh, local)) > 0.5
+        return near
 
 
 class _PlacedObjects:
@@ -210,10 +218,30 @@ class _PlacedObjects:
 
 def winding_number(mesh: Mesh, point: FloatArray) -> float:
     """Generalised winding number of a point (van Oosterom and Strackee 1983): 1 inside a closed mesh, 0 outside."""
-    a, b, c = np.moveaxis(mesh.triangles_mm - point, 1, 0)  # (m, 3)
-    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-    numerator = np.einsum("ij,ij->i", a, np.cross(b, c))
-    denominator = (
-        la * lb * lc + np.einsum("ij,ij->i", a, b) * lc + np.einsum("ij,ij->i", b, c) * la + np.einsum("ij,ij->i", c, a) * lb
-    )
-    return float(np.arctan2(numerator, denominator).sum() / (2.0 * np.pi))
+    return float(winding_numbers(mesh, point[None])[0])
+
+
+def winding_numbers(mesh: Mesh, points: FloatArray) -> FloatArray:
+    """The same of each of n points, (n,)."""
+    return np.asarray(_winding_numbers(np.ascontiguousarray(mesh.vertices_mm), mesh.faces, np.ascontiguousarray(points)))
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _winding_numbers(vertices: FloatArray, faces: IntArray, points: FloatArray) -> FloatArray:
+    found = np.zeros(len(points))
+    for k in range(len(points)):
+        x, y, z = points[k, 0], points[k, 1], points[k, 2]
+        for face in faces:
+            i, j, m = face[0], face[1], face[2]
+            ax, ay, az = vertices[i, 0] - x, vertices[i, 1] - y, vertices[i, 2] - z
+            bx, by, bz = vertices[j, 0] - x, vertices[j, 1] - y, vertices[j, 2] - z
+            cx, cy, cz = vertices[m, 0] - x, vertices[m, 1] - y, vertices[m, 2] - z
+            a, b, c = (
+                np.sqrt(ax * ax + ay * ay + az * az),
+                np.sqrt(bx * bx + by * by + bz * bz),
+                np.sqrt(cx * cx + cy * cy + cz * cz),
+            )
+            volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+            ab, bc, ca = ax * bx + ay * by + az * bz, bx * cx + by * cy + bz * cz, cx * ax + cy * ay + cz * az
+            found[k] += np.arctan2(volume, a * b * c + ab * c + bc * a + ca * b)
+    return found / (2.0 * np.pi)

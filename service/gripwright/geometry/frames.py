@@ -29,9 +29,14 @@ def transform(X_AB: FloatArray, points_B: FloatArray) -> FloatArray:
 
 
 def pose(x: FloatArray, y: FloatArray, z: FloatArray, origin: FloatArray) -> FloatArray:
-    """The pose whose axes are the unit vectors x, y, z and whose origin is given, all seen from the outer frame."""
-    X = np.eye(4)
-    X[:3, 0], X[:3, 1], X[:3, 2], X[:3, 3] = x, y, z, origin
+    """The pose whose axes are the unit vectors x, y, z and whose origin is given, all seen from the outer frame.
+
+    Of arrays (…, 3), which broadcast, the poses (…, 4, 4).
+    """
+    columns = np.broadcast_arrays(x, y, z, origin)
+    X = np.zeros((*columns[0].shape[:-1], 4, 4))
+    X[..., :3, :] = np.stack(columns, axis=-1)
+    X[..., 3, 3] = 1.0
     return X
 
 
@@ -48,3 +53,16 @@ def rotation_z(angle_rad: float) -> FloatArray:
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     X[:2, :2] = [[c, -s], [s, c]]
     return X
+
+
+def moved(at: FloatArray) -> FloatArray:
+    """Poses (n, 4, 4) seen from where they were, moved as `at` (n, 4) says: turned about x and z (rad), shifted along y and z."""
+    a, b = at[:, 0], at[:, 1]
+    zero = np.zeros(len(at))
+    rows = [
+        [np.cos(b), -np.sin(b), zero, zero],
+        [np.cos(a) * np.sin(b), np.cos(a) * np.cos(b), -np.sin(a), at[:, 2]],
+        [np.sin(a) * np.sin(b), np.sin(a) * np.cos(b), np.cos(a), at[:, 3]],
+        [zero, zero, zero, zero + 1.0],
+    ]
+    return np.moveaxis(np.array(rows), 2, 0)

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from gripwright.domain.shape import BoolArray, FloatArray, Mesh
-from gripwright.geometry.clipping import clip_triangles
-from gripwright.geometry.collision import winding_number
+from gripwright.geometry.clipping import corners_within
+from gripwright.geometry.collision import winding_numbers
 from gripwright.geometry.frames import inverse, transform
 from gripwright.geometry.solids import is_box
 
@@ -45,26 +45,23 @@ class Triangles:
         self.low, self.high = self.corners.min(axis=1), self.corners.max(axis=1)  # (m, 3)
 
     def within(self, solid: Halfspaces, X_SM: FloatArray) -> FloatArray:
-        """What of them lies within the solid, (k, 3, 3) in its frame."""
+        """Corners of what of them lies within the solid, (k, 3) in its frame."""
         around = transform(inverse(X_SM), solid.vertices)
         near = (self.high >= around.min(axis=0)) & (self.low <= around.max(axis=0))
         part = transform(X_SM, self.corners[near.all(axis=1)])
-        beyond = (part.reshape(-1, 3) @ solid.normals.T).max(axis=0, initial=-np.inf) > solid.offsets
-        for face in np.flatnonzero(beyond):
-            part = clip_triangles(part, solid.normals[face], float(solid.offsets[face]))
-        return np.asarray(part)
+        return corners_within(part, solid.normals, solid.offsets)
 
 
 def penetration(solid: Halfspaces, triangles: Triangles, X_SM: FloatArray) -> Penetration | None:
     """How far the mesh at pose `X_SM` reaches into the solid; None where nothing of it lies within."""
     corners = solid.vertices[_inside(triangles.mesh, transform(inverse(X_SM), solid.vertices))]
     # The corners of what both solids share: where surfaces lie within the solid, and the solid's own within the mesh.
-    return _least(solid, np.concatenate([triangles.within(solid, X_SM).reshape(-1, 3), corners]))
+    return _least(solid, np.concatenate([triangles.within(solid, X_SM), corners]))
 
 
 def surface_penetration(solid: Halfspaces, triangles: Triangles, X_SM: FloatArray) -> Penetration | None:
     """How far the mesh's surface reaches into the solid, at most as far as the mesh does: soon told."""
-    return _least(solid, triangles.within(solid, X_SM).reshape(-1, 3))
+    return _least(solid, triangles.within(solid, X_SM))
 
 
 def _least(solid: Halfspaces, points: FloatArray) -> Penetration | None:
@@ -84,7 +81,9 @@ def _inside(mesh: Mesh, points: FloatArray) -> BoolArray:
     """Whether points (n, 3) lie inside the mesh, by their winding numbers."""
     low, high = mesh.vertices_mm.min(axis=0), mesh.vertices_mm.max(axis=0)
     near = ((points > low) & (points < high)).all(axis=1)
-    return np.array([bool(here) and abs(winding_number(mesh, point)) > 0.5 for here, point in zip(near, points, strict=True)])
+    inside = np.zeros(len(points), dtype=bool)
+    inside[near] = np.abs(winding_numbers(mesh, points[near])) > 0.5
+    return inside
 
 
 def _distinct(normals: FloatArray) -> FloatArray:

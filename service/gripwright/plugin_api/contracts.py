@@ -95,7 +95,10 @@ class GraspPlanner(Plugin, Protocol):
     def plan(
         self, component: Component, segment: Segment, requirement: GripRequirement, hand: HandModel, ctx: RunContext
     ) -> Sequence[Grasp]:
-        """Grasps worth trying, the most promising first; collisions are the host's business."""
+        """Grasps worth trying, the most promising first; collisions are the host's business.
+
+        Where none is free, the host judges those in between that a grasp says it stands for (`Grasp.leeway`, optional).
+        """
         ...
 
 

@@ -1,5 +1,6 @@
 """Checks of grasp planners: rigid poses that keep the requirement."""
 
+import dataclasses
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, PARALLEL_2, Grasp, GripRequirement
 from gripwright.domain.gripper import ConvexSolid
 from gripwright.domain.shape import FloatArray
-from gripwright.geometry.frames import is_rigid, rotation_z
+from gripwright.geometry.frames import is_rigid, moved, rotation_z
 from gripwright.geometry.solids import box_vertices, prism_vertices
 from gripwright.plugin_api import Params
 from gripwright.testing.primitives import centric_requirement, parallel_requirement
@@ -78,6 +79,28 @@ def grasps(trial: Trial) -> Iterable[str]:
             yield from (f"{case.name}, grasp {number}: {fault}" for fault in _grasp_faults(grasp, case.arguments["requirement"]))
 
 
+def leeway(trial: Trial) -> Iterable[str]:
+    """What a grasp stands for keeps the requirement too: the ends of each range do."""
+    for case, found in trial.answers():
+        for number, grasp in enumerate(found):
+            name = f"{case.name}, grasp {number}"
+            if grasp.leeway is None:
+                continue
+            if not _is_leeway(grasp.leeway):
+                yield f"{name}: its leeway is no finite array (4, 2) of ranges from … to that hold 0"
+                continue
+            for end in (0, 1):
+                there = dataclasses.replace(grasp, X_CG=grasp.X_CG @ moved(grasp.leeway[None, :, end])[0])
+                faults = _grasp_faults(there, case.arguments["requirement"])
+                yield from (f"{name}, at the end of its leeway: {fault}" for fault in faults)
+
+
+def _is_leeway(value: Any) -> bool:
+    if not (isinstance(value, np.ndarray) and value.shape == (4, 2) and np.isfinite(value).all()):
+        return False
+    return bool((value[:, 0] <= 0.0).all() and (value[:, 1] >= 0.0).all())
+
+
 def _grasp_faults(grasp: Grasp, asked: GripRequirement) -> Iterable[str]:
     if not is_rigid(grasp.X_CG):
         yield "X_CG is not rigid"
@@ -92,4 +115,7 @@ def _grasp_faults(grasp: Grasp, asked: GripRequirement) -> Iterable[str]:
         yield "its x lies along none of the axes that the requirement allows"
 
 
-CHECKS = (Check("grasps", "grasps are rigid and keep the requirement", grasps),)
+CHECKS = (
+    Check("grasps", "grasps are rigid and keep the requirement", grasps),
+    Check("leeway", "what a grasp stands for keeps the requirement", leeway),
+)

@@ -1,0 +1,138 @@
+"""Judges grasps on one component against one operation, one after the other, until enough of them are free."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gripwright.design.contact import Contact, Surface, contacts, forbidden_touch, seat
+from gripwright.design.finger_lengths import length_max, length_min
+from gripwright.design.gauge import Circumstances, Envelopes
+from gripwright.design.hand_check import HandCheck, Miss, OperationScene
+from gripwright.design.holding import hold
+from gripwright.design.holding_load import operation_load
+from gripwright.domain.affordance import Forbidden
+from gripwright.domain.assembly import Component
+from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import FreeGrasp, Grasp
+from gripwright.domain.shape import FloatArray, Mesh
+from gripwright.geometry.measures import submesh
+from gripwright.plugin_api import HandModel, RunContext
+
+_ENOUGH, _ENOUGH_TURNING = 48, 12
+"""Free grasps of one requirement after which no more are judged: planners name the best of every direction first."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class HeldComponent:
+    """The component that the gripper holds in an operation, with all that its grasps are judged by."""
+
+    component: Component  # with its prepared mesh
+    solid: Mesh  # repaired, few triangles
+    forbidden: tuple[Forbidden, ...]
+    centroid_C: FloatArray  # (3,) of everything that moves
+    mass_kg: float  # of everything that moves
+    force_N: float
+
+
+class GraspJudge:
+    """Judges one grasp after the other against one operation."""
+
+    def __init__(self, held: HeldComponent, scene: OperationScene, envelopes: Envelopes, ctx: RunContext) -> None:
+        self._scene, self._envelopes, self._ctx = scene, envelopes, ctx
+        self.held = held
+        self._load = operation_load(scene.motion, scene.X_PC, held.centroid_C, held.mass_kg, held.force_N)
+        self._surface = Surface(held.solid)
+        self._regions = [
+            (region, Surface(submesh(held.component.mesh, np.flatnonzero(region.faces))))
+            for region in held.forbidden
+            if region.faces.any()
+        ]
+        self.circumstances = Circumstances(
+            scene=scene,
+            surface=self._surface,
+            regions=self._regions,
+            load=self._load,
+            friction=held.component.friction,
+            min_contact_mm=ctx.min_contact_mm,
+            envelopes=envelopes,
+        )
+
+    def first_free(
+        self, grasps: Sequence[Grasp], hand: HandModel, check: HandCheck, radius_mm: float, most_in_full: int | None = None
+    ) -> tuple[list[FreeGrasp], list[Miss]]:
+        """The first `_ENOUGH` free grasps in the planner's order, and why those before them are not free.
+
+        Of those that pass the first checks no more than `most_in_full` are judged (None: all).
+        """
+        free: list[FreeGrasp] = []
+        misses: list[Miss] = []
+        in_full = 0
+        for grasp, rough in zip(grasps, check.roughs(grasps, self._ctx.min_contact_mm), strict=True):
+            if rough is None and in_full == most_in_full:
+                break
+            in_full += rough is None
+            verdict = rough or self._judge(grasp, hand, check, radius_mm)
+            if isinstance(verdict, Miss):
+                misses.append(replace(verdict, grasp=grasp))
+                continue
+            free.append(verdict)
+            if len(free) == (_ENOUGH_TURNING if check.turning else _ENOUGH):
+                break
+        return free, misses
+
+    def _judge(self, grasp: Grasp, hand: HandModel, check: HandCheck, radius_mm: float) -> FreeGrasp | Miss:
+        tips = self._ctx.min_contact_mm
+        seated = seat(grasp, self._surface, hand)
+        if isinstance(seated, Rejection):
+            return Miss(stage=5, code=seated.code, detail=seated.detail)
+        touched = forbidden_touch(seated, self._regions, hand, tips)
+        if touched is not None:
+            return Miss(stage=5, code=touched.code, detail=touched.detail)
+        widths = self._envelopes(seated.gripper_type, seated.opening_width_mm)
+        if len(widths) == 0:
+            detail = f"no actuator at hand holds {seated.gripper_type} at {seated.opening_width_mm:.2f} mm"
+            return Miss(stage=6, code="too-wide", detail=detail)
+        lengths, miss = length_min(check, seated, widths, tips)
+        if miss is not None:
+            return miss
+        least = float(lengths[0])
+        touching = contacts(seated, self._surface, hand, least, self._ctx.min_contact_mm)
+        if isinstance(touching, Rejection):
+            return Miss(stage=7, code=touching.code, detail=touching.detail)
+        miss = check.seated(seated, least)
+        if miss is not None:
+            return Miss(stage=8, code=miss.code, detail=miss.detail)
+        return self._bounded(seated, hand, check, widths, lengths, touching, radius_mm)
+
+    def _bounded(
+        self,
+        grasp: Grasp,
+        hand: HandModel,
+        check: HandCheck,
+        envelopes: FloatArray,
+        lengths: FloatArray,
+        touching: tuple[Contact, ...],
+        radius_mm: float,
+    ) -> FreeGrasp | Miss:
+        longest = length_max(check, grasp, float(lengths[0]))
+        lengths = np.where(lengths <= longest, lengths, np.inf)
+        reach = float(min(longest, lengths[np.isfinite(lengths)].max()))
+        touched = forbidden_touch(grasp, self._regions, hand, reach)
+        if touched is not None:
+            return Miss(stage=9, code=touched.code, detail=touched.detail)
+        held = hold(grasp, touching, radius_mm, self._load, self.held.component.friction)
+        if not np.isfinite(held.required_force_N):
+            detail = f"no grip force holds it: at friction {self.held.component.friction:g} the squeezed surfaces slip out"
+            return Miss(stage=10, code="not-held", detail=detail)
+        return FreeGrasp(
+            grasp=grasp,
+            envelopes_mm=envelopes,
+            finger_length_min_mm=lengths,
+            finger_length_max_mm=longest,
+            release_opening_mm=grasp.opening_width_mm
+            + (1.0 if grasp.grip == "external" else -1.0) * self._scene.release_clearance_mm,
+            rise=float((self._scene.motion[-1] @ self._scene.X_PC @ grasp.X_CG)[2, 2]),
+            gap_mm=check.gap(grasp, reach, 10.0),
+            hold=held,
+        )
