@@ -29,7 +29,7 @@ _MOST_PLACES, _TURNING = 40_000, 20
 where the motion turns. Where more are open, they are not searched more finely."""
 
 _MOST_IN_FULL = 3_000
-"""Grasps that pass the checks of the fingers, and are judged in full in one operation, beyond the planned ones."""
+"""Grasps that pass the checks of the fingers, and are judged in full in one operation, beyond the planned ones; weighed alike."""
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -131,20 +131,21 @@ class SegmentSearch:
 
     def _between(self, search: _Search, size: FloatArray, budget: _Budget) -> None:
         places = search.places.halved(size)
-        search.open = len(places) * (_TURNING if search.check.turning else 1) <= budget.places
+        weight = _TURNING if search.check.turning else 1
+        search.open = len(places) * weight <= budget.places
         if not search.open:
             return
-        budget.places -= len(places) * (_TURNING if search.check.turning else 1)
+        budget.places -= len(places) * weight
         scene, tips_mm = self._judge.circumstances.scene, self._ctx.min_contact_mm
         blocked = hopeless(places, places.middles(), search.hand, scene, tips_mm)
         self._count += int(blocked.sum())
         places = places.kept(~blocked)
         grasps = places.kept(places.fresh).middles()
-        free, missed = self._judge.first_free(grasps, search.hand, search.check, search.radius_mm, budget.in_full)
+        free, missed = self._judge.first_free(grasps, search.hand, search.check, search.radius_mm, budget.in_full // weight)
         search.places, search.between = replace(places, fresh=np.zeros(len(places), dtype=bool)), missed
         self._count += len(grasps)
         self._found(search.requirement, free)
-        budget.in_full -= len(free) + sum(miss.stage >= PLACED for miss in missed)
+        budget.in_full -= weight * (len(free) + sum(miss.stage >= PLACED for miss in missed))
         search.open = bool(free) or len(missed) == len(grasps)
         if search.open:
             search.resolution = np.minimum(search.resolution, size)
