@@ -9,6 +9,7 @@ from gripwright.design.toolbox import record_classes
 from gripwright.domain.shape import Mesh
 from gripwright.geometry.clipping import near_box
 from gripwright.geometry.facets import coplanar_patches
+from gripwright.geometry.raster import first_seen
 from gripwright.geometry.refine import refine
 from gripwright.jobs.installed import installed_registry
 from gripwright.jobs.steps import STAGES_AT, load_stages
@@ -25,6 +26,7 @@ def _rehearse() -> None:
     )
     coplanar_patches(tetrahedron, np.arange(4))
     refine(tetrahedron, 1.0)
+    first_seen(tetrahedron.triangles_mm, 2, 2)
     near_box(tetrahedron.vertices_mm, np.ones(4), np.eye(4), np.zeros(3), np.ones(3))
 
 
