@@ -26,6 +26,7 @@ class Stage:
     uses: tuple[str, ...] = ()
     plan_fields: tuple[str, ...] = ()
     version: int = 1
+    remembers: bool = False  # whether it is given a `Memory` for parts of its result, as the input "memory"
 
     @property
     def function(self) -> StepFunction:
