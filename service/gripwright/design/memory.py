@@ -49,11 +49,19 @@ class Memory:
     def part(self, name: str, made_from: Any, make: Callable[[], T]) -> T:
         """What `make` returns, or returned when it was last asked for the same name and `made_from`."""
         key = self.key(name, made_from)
-        found: T | None = self._store.find(key)
+        found: T | None = self.find(key)
         if found is None:
             found = make()
-            self._store.save(key, found)
+            self.save(key, found)
         return found
+
+    def find(self, key: str) -> Any | None:
+        """What is kept under a key, or None."""
+        return self._store.find(key)
+
+    def save(self, key: str, part: Any) -> None:
+        """Keep a part, in place of what was kept under its key."""
+        self._store.save(key, part)
 
     def key(self, name: str, made_from: Any) -> str:
         """Under which a part is kept: of dataclasses, arrays, mappings, sequences and scalars the same content, the same key."""

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from gripwright.design.overlap import deepest_overlap
 from gripwright.design.owned import owned_grippers
 from gripwright.design.plan import Plan
 from gripwright.design.result import DesignParts, DesignResult, design_result
+from gripwright.design.scene_memory import SceneMemory
 from gripwright.design.stage_table import StepFunction
 from gripwright.design.stages import affordance, constraints, fingers, rules, select, verify
 from gripwright.design.stages.fit import fit
@@ -140,6 +142,7 @@ def _judged(
 ) -> tuple[SegmentVerdict, ...]:
     """How each segment of one component fares in the operation."""
     scene, component = _held_scene(inputs, held, plan)
+    known = SceneMemory(inputs["memory"], scene)
     assert held.analysis is not None
     assert held.grips is not None
     judged = []
@@ -148,7 +151,11 @@ def _judged(
         if isinstance(needs, Rejection):
             verdict = SegmentVerdict(segment=item.segment.id, requirement=None, grasps_planned=0, free=(), rejection=needs)
         else:
-            verdict = constraints.judge_segment(component, item, needs, scene, toolbox, envelopes, ctx)
+            verdict = known.answer(
+                "segment",
+                (component, item, needs, inputs["actuators"], inputs["owned"]),
+                partial(constraints.judge_segment, component, item, needs, scene, toolbox, envelopes, ctx),
+            )
         judged.append(verdict)
         ctx.progress(len(judged) / len(held.analysis.segments), f"{inputs['operation'].id}: {held.component.id}")
     return tuple(judged)
@@ -248,12 +255,14 @@ def _verify(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCon
             continue
         held = next(item for item in _active(operation) if item.component.id == handle.component)
         scene, component = _held_scene(operation, held, plan)
-        hand = toolbox.hands[gripper.gripper_type]
-        reports.append(
-            verify.verify_owned(gripper, handle, hand, scene, component.solid, ctx)
+        hand, alone = toolbox.hands[gripper.gripper_type], dataclasses.replace(gripper, handles=())
+        finds = (
+            partial(verify.verify_owned, alone, handle, hand, scene, component.solid, ctx)
             if cad is None
-            else verify.verify_handle(gripper, handle, cad.finger.mesh, cad.body, hand, scene, component.solid, ctx)
+            else partial(verify.verify_handle, alone, handle, cad.finger.mesh, cad.body, hand, scene, component.solid, ctx)
         )
+        made_from = (alone, handle, cad and (cad.finger.mesh, cad.body), component.solid)
+        reports.append(SceneMemory(inputs["memory"], scene).answer("handle", made_from, finds))
         ctx.progress(len(reports) / len(gripper.handles), f"{gripper.id}: {handle.operation}")
     return tuple(reports)
 

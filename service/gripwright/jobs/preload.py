@@ -11,6 +11,7 @@ from gripwright.geometry.clipping import near_box
 from gripwright.geometry.facets import coplanar_patches
 from gripwright.geometry.raster import first_seen
 from gripwright.geometry.refine import refine
+from gripwright.geometry.rooms import rooms
 from gripwright.jobs.installed import installed_registry
 from gripwright.jobs.steps import STAGES_AT, load_stages
 from gripwright.settings import load_settings
@@ -27,6 +28,7 @@ def _rehearse() -> None:
     coplanar_patches(tetrahedron, np.arange(4))
     refine(tetrahedron, 1.0)
     first_seen(tetrahedron.triangles_mm, 2, 2)
+    rooms(*np.zeros((4, 1, 3)))
     near_box(tetrahedron.vertices_mm, np.ones(4), np.eye(4), np.zeros(3), np.ones(3))
 
 
