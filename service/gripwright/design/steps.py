@@ -11,8 +11,9 @@ from gripwright.design import catalogue, scenes
 from gripwright.design.barred import without_barred
 from gripwright.design.gauge import Envelopes
 from gripwright.design.hand_check import OperationScene
-from gripwright.design.operation_class import OperationClass, PlacedComponent, classify
-from gripwright.design.overlap import deepest_overlap
+from gripwright.design.memory import Memory
+from gripwright.design.operation_class import OperationClass, PlacedComponent, beside, classify
+from gripwright.design.overlap import deepest_overlap, swept_over
 from gripwright.design.owned import owned_grippers
 from gripwright.design.plan import Plan
 from gripwright.design.result import DesignParts, DesignResult, design_result
@@ -113,7 +114,7 @@ def _requirements(primitives: Sequence[Any], reason: str, toolbox: Toolbox) -> t
 def _constraints(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> OperationVerdict:
     operation: Operation = inputs["operation"]
     with ctx.timed("constraints.classify"):
-        kind = classify(operation.motion, operation.fit, _marked(inputs["active"]), _marked(inputs["passive"]))
+        kind = _kind(operation, inputs)
         operation = _with_default_force(operation, kind, plan)
         warnings = _overlap_warnings(operation, inputs, plan)
     envelopes = _envelopes(inputs["actuators"], inputs["owned"])
@@ -161,6 +162,13 @@ def _judged(
     return tuple(judged)
 
 
+def _kind(operation: Operation, inputs: Mapping[str, Any]) -> OperationClass:
+    active, passive = _marked(inputs["active"]), _marked(inputs["passive"])
+    made_from = (operation.motion, operation.fit, active, beside(operation.motion, active, passive), not passive)
+    memory: Memory = inputs["memory"]
+    return memory.part("kind", made_from, lambda: classify(operation.motion, operation.fit, active, passive))
+
+
 def _marked(items: Sequence[Mapping[str, Any]]) -> list[PlacedComponent]:
     return [
         PlacedComponent(
@@ -181,7 +189,12 @@ def _with_default_force(operation: Operation, kind: OperationClass, plan: Plan) 
 
 
 def _overlap_warnings(operation: Operation, inputs: Mapping[str, Any], plan: Plan) -> tuple[str, ...]:
-    found = deepest_overlap(operation.motion, _bodies(inputs["active"]), _bodies(inputs["passive"]))
+    active, passive = _bodies(inputs["active"]), _bodies(inputs["passive"])
+    near = swept_over(operation.motion, active, passive)
+    memory: Memory = inputs["memory"]
+    (found,) = memory.part(
+        "overlap", (operation.motion, active, near), lambda: (deepest_overlap(operation.motion, active, near),)
+    )
     if found is None or found.depth_mm <= plan.contact_tolerance or operation.fit == "press":
         return ()
     return (f"{operation.id}: {found}; its grasps are judged all the same",)
