@@ -29,7 +29,7 @@ from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import Component, Obstacle, Operation
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import EXTERNAL, GripRequirement, OperationVerdict, SegmentVerdict
-from gripwright.domain.gripper import Actuator, Gripper
+from gripwright.domain.gripper import Actuator, Gripper, without_handles
 from gripwright.domain.shape import Analysis, FloatArray, Mesh
 from gripwright.plugin_api import RunContext
 
@@ -253,6 +253,7 @@ def _fingers(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCo
         [],
         diameter,
         length,
+        inputs["required_force"],
         plan.safety_factor,
         ctx,
     )
@@ -268,13 +269,11 @@ def _verify(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCon
             continue
         held = next(item for item in _active(operation) if item.component.id == handle.component)
         scene, component = _held_scene(operation, held, plan)
-        hand, alone = toolbox.hands[gripper.gripper_type], dataclasses.replace(gripper, handles=())
-        finds = (
-            partial(verify.verify_owned, alone, handle, hand, scene, component.solid, ctx)
-            if cad is None
-            else partial(verify.verify_handle, alone, handle, cad.finger.mesh, cad.body, hand, scene, component.solid, ctx)
-        )
-        made_from = (alone, handle, cad and (cad.finger.mesh, cad.body), component.solid)
+        hand, alone = toolbox.hands[gripper.gripper_type], without_handles(gripper)
+        shapes = () if cad is None else (cad.finger.mesh, cad.body)
+        check = verify.verify_handle if shapes else verify.verify_owned
+        finds = partial(check, alone, handle, *shapes, hand, scene, component.solid, ctx)
+        made_from = (alone, handle, shapes, component.solid)
         reports.append(SceneMemory(inputs["memory"], scene).answer("handle", made_from, finds))
         ctx.progress(len(reports) / len(gripper.handles), f"{gripper.id}: {handle.operation}")
     return tuple(reports)

@@ -6,21 +6,19 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from gripwright.cad.colour import component_glb, segment_colours, value_colours
-from gripwright.cad.export import step_bytes, stl_bytes, threemf_bytes
 from gripwright.cad.glb import GlbPart, glb_bytes
 from gripwright.design.gripper_assembly import gripper_parts
 from gripwright.design.memory import Memory
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.bom import bom_csv
 from gripwright.design.stages.fingers import GripperCad
-from gripwright.domain.gripper import Gripper
+from gripwright.domain.gripper import Gripper, without_handles
 from gripwright.domain.shape import Analysis
 from gripwright.geometry.shape_diameter import shape_diameters_mm
 from gripwright.plugin_api import HandModel
-from gripwright.report.drawing import finger_drawing
 from gripwright.report.page import report_page
 from gripwright.report.tool_data import gripper_urdf, tool_json
-from gripwright.report.views import design_views, without_handles
+from gripwright.report.views import design_views
 from gripwright.report.workbook import bom_workbook
 
 _RAYS, _CONE_RAD = 30, float(np.radians(120.0))
@@ -48,6 +46,9 @@ def _gripper_files(gripper: Gripper, cad: GripperCad, result: DesignResult, hand
 
 def _files_of(gripper: Gripper, cad: GripperCad, name: str, hand: HandModel) -> dict[str, bytes]:
     """The files of a gripper, whatever it handles, by their names."""
+    from gripwright.cad.export import step_bytes, stl_bytes, threemf_bytes  # with the CAD kernel, which takes most of a second
+    from gripwright.report.drawing import finger_drawing
+
     parts = gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, gripper.opening_max_mm)
     return {
         "finger.step": step_bytes(cad.finger.brep, name=name, part_number=name, description=f"finger of gripper {gripper.id}"),

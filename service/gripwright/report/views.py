@@ -1,7 +1,7 @@
 """What the report shows: a component by its segments, a gripper, a gripper at its grasp."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -14,7 +14,7 @@ from gripwright.design.motion import pose_at
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.assembly import Operation
-from gripwright.domain.gripper import Gripper, Handle
+from gripwright.domain.gripper import Gripper, Handle, without_handles
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
 from gripwright.geometry.rays import thread_pool
 from gripwright.geometry.solids import hull_mesh
@@ -62,10 +62,10 @@ def design_views(result: DesignResult, hands: Mapping[str, HandModel], memory: M
         for analysis in result.analyses
     }
     for gripper, handles, cad in made:
-        draw = partial(gripper_view, hand=hands[gripper.gripper_type])
+        draw = partial(gripper_view, hand=hands[gripper.gripper_type], memory=memory)
         drawings["gripper", gripper.id] = _Drawing(name="gripper", made_from=(gripper, cad), draw=draw)
         for handle in handles:
-            draw = partial(handle_view, hand=hands[gripper.gripper_type])
+            draw = partial(handle_view, hand=hands[gripper.gripper_type], memory=memory)
             made_from = (gripper, cad, handle.opening_width_mm, *_at_the_end(result, handle))
             drawings["handle", handle.operation] = _Drawing(name="handle", made_from=made_from, draw=draw)
     for entry in result.document["operations"]:
@@ -86,20 +86,15 @@ def design_views(result: DesignResult, hands: Mapping[str, HandModel], memory: M
     )
 
 
-def without_handles(gripper: Gripper) -> Gripper:
-    """A gripper as its files and pictures show it, whatever it handles."""
-    return replace(gripper, handles=())
-
-
 def component_view(mesh: Mesh, labels: IntArray) -> bytes:
     """The component, each segment in its colour."""
     return picture([shown(mesh, np.eye(4), segment_colours(labels))], direction=_VIEW)
 
 
-def gripper_view(gripper: Gripper, cad: GripperCad, hand: HandModel) -> bytes:
+def gripper_view(gripper: Gripper, cad: GripperCad, hand: HandModel, memory: Memory) -> bytes:
     """The gripper, open, its fingers pointing down."""
     upside_down = np.diag([1.0, -1.0, -1.0, 1.0])
-    return picture(_parts(gripper, cad, hand, gripper.opening_max_mm, upside_down), direction=_VIEW)
+    return picture(_parts(gripper, cad, hand, memory, gripper.opening_max_mm, upside_down), direction=_VIEW)
 
 
 def _at_the_end(result: DesignResult, handle: Handle) -> tuple[FloatArray, list[Shown], list[Shown]]:
@@ -117,9 +112,10 @@ def handle_view(
     held: Sequence[Shown],
     standing: Sequence[Shown],
     hand: HandModel,
+    memory: Memory,
 ) -> bytes:
     """The gripper on its component at the end of the operation, among everything that stands there."""
-    hand_parts = _parts(gripper, cad, hand, opening_mm, X_PG)
+    hand_parts = _parts(gripper, cad, hand, memory, opening_mm, X_PG)
     fingers = [shown(cad.finger.mesh, X_PG @ X_GF, _HELD) for X_GF in hand.finger_poses(opening_mm)]
     focus = np.concatenate([_points(item) for item in [*held, *fingers]])
     return picture([*hand_parts, *held, *standing], direction=_VIEW, focus=focus)
@@ -167,8 +163,13 @@ def _around(result: DesignResult, operation: Operation, place: FloatArray) -> tu
     return held, standing
 
 
-def _parts(gripper: Gripper, cad: GripperCad, hand: HandModel, opening_mm: float, X: FloatArray) -> list[Shown]:
-    parts = gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, opening_mm)
+def _parts(gripper: Gripper, cad: GripperCad, hand: HandModel, memory: Memory, opening_mm: float, X: FloatArray) -> list[Shown]:
+    made_from = (gripper, cad.finger.mesh, cad.measures, cad.spec.jaw, opening_mm)
+    parts = memory.part(
+        "parts",
+        made_from,
+        lambda: gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, opening_mm),
+    )
     return [shown(part.mesh, X, part.colour) for part in parts]
 
 
