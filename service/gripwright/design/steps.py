@@ -1,7 +1,7 @@
 """The stages as steps that can be run anywhere: from values to values. Their keys are made of what `stage_table` says of them."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -271,7 +271,7 @@ def _verify(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCon
         scene, component = _held_scene(operation, held, plan)
         hand, alone = toolbox.hands[gripper.gripper_type], without_handles(gripper)
         shapes = () if cad is None else (cad.finger.mesh, cad.body)
-        check = verify.verify_handle if shapes else verify.verify_owned
+        check: Callable[..., verify.HandleReport] = verify.verify_handle if shapes else verify.verify_owned
         finds = partial(check, alone, handle, *shapes, hand, scene, component.solid, ctx)
         made_from = (alone, handle, shapes, component.solid)
         reports.append(SceneMemory(inputs["memory"], scene).answer("handle", made_from, finds))
