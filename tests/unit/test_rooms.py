@@ -3,7 +3,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gripwright.geometry.collision import ConvexShape, MeshSurface, PlacedSurface, Scene
+from gripwright.geometry.polytope import Polytope
 from gripwright.geometry.rooms import rooms
+from gripwright.geometry.withdrawal import standing, withdrawn
 from mesh_factory import box_mesh
 
 
@@ -47,6 +49,9 @@ CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0
 ASKED = {
     "first_hit": lambda scene: scene.first_hit(ConvexShape(CUBE), _at(4.0, 0.0, 0.0)),
     "first_hits": lambda scene: scene.first_hits(ConvexShape(CUBE), np.array([_at(4.0, 0.0, 0.0)])),
+    "last_touch": lambda scene: scene.last_touch(
+        withdrawn(Polytope(CUBE).faces, np.array([0.0, 0.0, -1.0]), 1.0), standing(_at(4.0, 0.0, 0.0)), 0.0, 1.0
+    ),
     "touched": lambda scene: scene.touched(ConvexShape(CUBE), _at(4.0, 0.0, 0.0)),
     "distance": lambda scene: scene.distance(ConvexShape(CUBE), _at(4.0, 0.0, 0.0), 0.5),
     "first_surface_hit": lambda scene: scene.first_surface_hit(MeshSurface(box_mesh((1.0, 1.0, 1.0))), _at(4.0, 0.0, 0.0)),
@@ -65,6 +70,12 @@ def test_a_scene_tells_the_rooms_that_each_of_its_questions_leaves():
         assert found.hold(scene.low, scene.high).tolist() == [True, False], question
         assert not found.hold(scene.low, scene.high + np.array([3.6, 0.0, 0.0]))[0], question
         assert found.hold(scene.low - 50.0, scene.high + np.array([2.4, 50.0, 50.0]))[0], question
+
+
+def test_no_question_of_a_scene_goes_unwatched():
+    questions = {name for name, member in vars(Scene).items() if callable(member) and not name.startswith("_")}
+
+    assert questions - {"watched"} == set(ASKED)
 
 
 def test_what_a_scene_is_asked_besides_is_not_watched():

@@ -196,9 +196,9 @@ class StraightFinger:
         assert stiffest is not None
         return Rejection(
             "finger-too-weak",
-            f"{spec.grip_force_N / spec.fingers:.1f} N bend a finger of {stiffest.material.name} by "
-            f"{stiffest.bending.deflection_mm:.2f} mm, at most {p.deflection_max:.2f}, and stress it with "
-            f"{stiffest.bending.stress_MPa:.0f} MPa, at most {stiffest.material.strength_MPa / p.strength_safety:.0f}",
+            f"{spec.grip_force_N / spec.fingers:.0f} N would stress a finger of {stiffest.material.name} with "
+            f"{stiffest.bending.stress_MPa:.0f} MPa (at most {stiffest.material.strength_MPa / p.strength_safety:.0f} MPa) and "
+            f"bend it by {stiffest.bending.deflection_mm:.2f} mm (at most {p.deflection_max:.2f} mm)",
         )
 
     def _bending(self, spec: FingerSpec, plan: _Plan, material: Material, thickness_mm: float) -> Bending:

@@ -44,18 +44,19 @@ STAGES: Mapping[str, Stage] = {
         Stage(name="owned", at=_AT, uses=("hand",), plan_fields=("owned",)),
         Stage(name="prepare", at=_AT, version=2),
         Stage(name="segment", at=_AT, uses=("segmenter",), plan_fields=("seed",), version=5),
-        Stage(name="fit", at=_AT, uses=("fitter",), plan_fields=("seed",), version=4),
+        Stage(name="fit", at=_AT, uses=("fitter",), plan_fields=("seed",), version=5),
         Stage(name="keep", at=_AT),
         Stage(name="grips", at=_AT, uses=("affordance", "rule"), plan_fields=("plan", "seed"), version=2),
-        Stage(name="constraints", at=_AT, uses=("hand", "planner"), plan_fields=("plan", *_GRASPING), version=5, remembers=True),
+        Stage(name="constraints", at=_AT, uses=("hand", "planner"), plan_fields=("plan", *_GRASPING), version=6, remembers=True),
         Stage(
             name="select",
             at=_AT,
             uses=("optimizer", "hand"),
             plan_fields=("plan", "release_clearance", "finger_length_step", "safety_factor", "seed"),
+            version=2,
         ),
-        Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "seed"), version=2),
-        Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=2, remembers=True),
+        Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "seed"), version=3),
+        Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=4, remembers=True),
         Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=5),
     )
 }

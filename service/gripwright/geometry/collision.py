@@ -15,6 +15,8 @@ from scipy.spatial import ConvexHull
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
 from gripwright.geometry.rooms import Rooms, rooms
 from gripwright.geometry.solids import is_box
+from gripwright.geometry.triangle_blocks import TriangleBlocks
+from gripwright.geometry.withdrawal import Passage, Shrinking
 
 _REQUEST = fcl.CollisionRequest()
 _ROUNDING_MM = 1e-3  # more than FCL's distances are off
@@ -74,6 +76,11 @@ class MeshSurface:
         model.addSubModel(self.mesh.vertices_mm, self.mesh.faces)
         model.endModel()
         return model
+
+    @cached_property
+    def blocks(self) -> TriangleBlocks:
+        """The triangles in blocks, for solids that shrink."""
+        return TriangleBlocks(self.mesh)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -143,17 +150,6 @@ class Scene:
             self._watch.add(low, high)
         return np.asarray(((self.low <= high) & (self.high >= low)).all(axis=1))
 
-    def first_hit(self, shape: ConvexShape, X: FloatArray) -> str | None:
-        """Name of a mesh whose surface the solid touches at pose X of the scene's frame, or None."""
-        near = self._near(shape, X, 0.0)
-        if not near:
-            return None
-        solid = shape.placed(X)
-        for i in near:
-            if fcl.collide(solid, self._objects[i], _REQUEST, fcl.CollisionResult()):
-                return self.names[i]
-        return None
-
     def first_hits(self, shape: ConvexShape, X: FloatArray) -> IntArray:
         """For each pose (n, 4, 4) of the solid the index in `names` of a mesh whose surface it touches, or −1, (n,)."""
         found = np.full(len(X), -1)
@@ -177,6 +173,20 @@ class Scene:
                     found[row] = i
                     break
         return found
+
+    def last_touch(self, solid: Shrinking, passage: Passage, start_mm: float, end_mm: float) -> tuple[float, str | None]:
+        """The greatest s within [start, end] at which a solid, on its passage, touches a surface, and its name; −inf: none."""
+        best, name = -np.inf, None
+        low, high = passage.box(solid.centre, solid.half)
+        near = self._meet(low, high)
+        for i in np.flatnonzero(near).tolist():
+            item = self.items[i]
+            found = item.surface.blocks.last_touch_mm(solid, passage, item.X, max(best, start_mm), end_mm)
+            if found > best:
+                best, name = found, item.name
+            if best >= end_mm:
+                break
+        return best, name
 
     def touched(self, shape: ConvexShape, X: FloatArray) -> list[PlacedSurface]:
         """All meshes whose surface the solid touches at pose X of the scene's frame."""

@@ -77,9 +77,9 @@ def _grippers(result: DesignResult, views: Views) -> str:
     for gripper, cad, entry in zip(result.grippers, result.cads, result.document["grippers"], strict=True):
         actuator = entry["actuator"]
         text = (
-            f"<strong>{entry['id']}</strong> · {escape(entry['gripper_type'])} · opens {entry['opening_min']:g} to "
-            f"{entry['opening_max']:g} mm · fingers {entry['finger_length']:g} mm<br>{escape(actuator['maker'])} "
-            f"{escape(actuator['model'])}, stroke {actuator['stroke']:g} mm, jaw offset {actuator['jaw_offset']:g} mm"
+            f"<strong>{entry['id']}</strong> · {escape(entry['gripper_type'])} · opens {entry['opening_min']:.4g} to "
+            f"{entry['opening_max']:.4g} mm · fingers {entry['finger_length']:g} mm<br>{escape(actuator['maker'])} "
+            f"{escape(actuator['model'])}, stroke {actuator['stroke']:g} mm, jaw offset {actuator['jaw_offset']:.4g} mm"
         )
         if isinstance(cad, Rejection):
             cards.append(f'<p>{text}<br><span class="no">{escape(cad.detail)}</span></p>')
