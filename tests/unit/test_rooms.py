@@ -47,7 +47,6 @@ def _at(x, y, z):
 
 CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 ASKED = {
-    "first_hit": lambda scene: scene.first_hit(ConvexShape(CUBE), _at(4.0, 0.0, 0.0)),
     "first_hits": lambda scene: scene.first_hits(ConvexShape(CUBE), np.array([_at(4.0, 0.0, 0.0)])),
     "last_touch": lambda scene: scene.last_touch(
         withdrawn(Polytope(CUBE).faces, np.array([0.0, 0.0, -1.0]), 1.0), standing(_at(4.0, 0.0, 0.0)), 0.0, 1.0
@@ -82,7 +81,7 @@ def test_what_a_scene_is_asked_besides_is_not_watched():
     scene = _scene((0.0, 0.0, 0.0))
     with scene.watched() as watch:
         pass
-    scene.first_hit(ConvexShape(CUBE), np.eye(4))
+    scene.inside(np.zeros(3))
 
     assert watch.rooms().hold(scene.low, scene.high).all()
 
