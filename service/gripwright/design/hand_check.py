@@ -21,6 +21,7 @@ from gripwright.plugin_api import HandModel
 
 BEHIND_MM = 300.0  # actuator, tool changer and wrist: nothing may come nearer to the palm's back
 LENGTH_LIMIT_MM = 250.0  # longer fingers are not considered
+_FAR_STEP_MM = 100.0  # so that bodies which change a little leave the shapes of all others as they were
 ENTER_MM = 0.004  # the closed finger's gripping surface is drawn back by this against the component that it touches
 ROUGH_MM = 0.3  # before the grasp is seated
 _TOGETHER = 256  # grasps that are reckoned together
@@ -53,7 +54,8 @@ class OperationScene:
         low = np.concatenate([self.attached.low, self.standing.low]).min(axis=0)
         high = np.concatenate([self.attached.high, self.standing.high]).max(axis=0)
         travel = float(np.linalg.norm(self.motion[:, :3, 3], axis=1).max())
-        return float(np.linalg.norm(high - low)) + travel + float(np.linalg.norm(self.X_PC[:3, 3])) + 50.0
+        far = float(np.linalg.norm(high - low)) + travel + float(np.linalg.norm(self.X_PC[:3, 3])) + 50.0
+        return _FAR_STEP_MM * float(np.ceil(far / _FAR_STEP_MM))
 
 
 class HandCheck:

@@ -26,6 +26,7 @@ class Stage:
     uses: tuple[str, ...] = ()
     plan_fields: tuple[str, ...] = ()
     version: int = 1
+    remembers: bool = False  # whether it is given a `Memory` for parts of its result, as the input "memory"
 
     @property
     def function(self) -> StepFunction:
@@ -51,7 +52,8 @@ STAGES: Mapping[str, Stage] = {
             at=_AT,
             uses=("hand", "planner"),
             plan_fields=("plan", "finest_rotation", "finest_step", *_GRASPING),
-            version=7,
+            version=8,
+            remembers=True,
         ),
         Stage(
             name="select",
@@ -61,7 +63,7 @@ STAGES: Mapping[str, Stage] = {
             version=2,
         ),
         Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "seed"), version=3),
-        Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=3),
+        Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=4, remembers=True),
         Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=5),
     )
 }

@@ -11,8 +11,7 @@ from gripwright.cad.colour import segment_colours
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.errors import Rejection
-from gripwright.plugin_api import HandModel
-from gripwright.report.views import Views, design_views
+from gripwright.report.views import Views
 
 _STYLE = """
 :root{color-scheme:light;--line:#d5d9de;--ink:#1c2733;--soft:#5b6875;--good:#00664a;--bad:#a33a00}
@@ -35,9 +34,9 @@ figcaption{padding:.4rem .7rem;font-size:.85rem;color:var(--soft);border-top:1px
 """
 
 
-def report_page(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
+def report_page(result: DesignResult, views: Views) -> str:
     """The page as HTML text, pictures included."""
-    document, views = result.document, design_views(result, hands)
+    document = result.document
     title = f"{document['product']['name'] or document['product']['part_number']} · revision {document['product']['revision']}"
     body = "".join(
         [
