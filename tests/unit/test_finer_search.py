@@ -137,3 +137,22 @@ def test_three_gaps_between_the_planned_rotations_are_found(width: float, held_t
 
     assert bool(verdict.free) is held_there
     assert (verdict.rejection is None) is held_there
+
+
+def test_of_many_free_grasps_those_near_the_centre_of_mass_are_among_the_judged() -> None:
+    X = np.eye(4)
+    X[:3, 3] = [-10.0, -60.0, -60.0]
+    held = moved(box_mesh((20.0, 120.0, 120.0)), X)  # the centre of mass lies in the origin, 60 mm from every edge
+    box = Box(X_CB=np.eye(4), extents_mm=np.array([20.0, 120.0, 120.0]), filled=np.ones(6), filled_min=0.5, rms_mm=0.0)
+    need = GripRequirement(
+        gripper_type=PARALLEL_2, opening_width_mm=20.0, approach_C=np.zeros((0, 3)), grip_axes_C=np.eye(3)[:1], primitive=box
+    )
+
+    verdict = searched(held, need, [], np.array([0.0, 0.0, 100.0]))
+
+    off = np.array([np.linalg.norm(free.grasp.X_CG[:3, 3]) for free in verdict.free])
+    force = np.array([free.hold.required_force_N for free in verdict.free])
+    assert 36 < len(off) < verdict.grasps_planned  # more would be free
+    assert off[:36].min() > 40.0
+    assert off.min() < 10.0
+    assert force.min() < force[:36].min() / 3.0

@@ -19,8 +19,10 @@ from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.geometry.measures import submesh
 from gripwright.plugin_api import HandModel, RunContext
 
-_ENOUGH, _ENOUGH_TURNING = 48, 12
-"""Free grasps of one requirement after which no more are judged: planners name the best of every direction first."""
+_ENOUGH, _ENOUGH_TURNING = (36, 12), (9, 3)
+"""Free grasps of one requirement after which no more are judged: so many as the planner orders them, which names the best of
+every direction first, then so many of the rest, those nearest to the centre of mass of all that moves first: far from it weight
+and force tilt the component, and a grasp takes many times the force."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -61,25 +63,30 @@ class GraspJudge:
     def first_free(
         self, grasps: Sequence[Grasp], hand: HandModel, check: HandCheck, radius_mm: float, most_in_full: int | None = None
     ) -> tuple[list[FreeGrasp], list[Miss]]:
-        """The first `_ENOUGH` free grasps in the planner's order, and why those before them are not free.
+        """The first free grasps, `_ENOUGH` of them, and why those that were judged besides are not free.
 
         Of those that pass the first checks no more than `most_in_full` are judged (None: all).
         """
         free: list[FreeGrasp] = []
         misses: list[Miss] = []
-        in_full = 0
-        for grasp, rough in zip(grasps, check.roughs(grasps, self._ctx.min_contact_mm), strict=True):
-            if rough is None and in_full == most_in_full:
-                break
-            in_full += rough is None
-            verdict = rough or self._judge(grasp, hand, check, radius_mm)
-            if isinstance(verdict, Miss):
-                misses.append(replace(verdict, grasp=grasp))
-                continue
-            free.append(verdict)
-            if len(free) == (_ENOUGH_TURNING if check.turning else _ENOUGH):
-                break
+        left, in_full = list(grasps), 0
+        for enough in np.cumsum(_ENOUGH_TURNING if check.turning else _ENOUGH).tolist():
+            done = 0
+            for grasp, rough in zip(left, check.roughs(left, self._ctx.min_contact_mm), strict=True):
+                if len(free) == enough or (rough is None and in_full == most_in_full):
+                    break
+                in_full += rough is None
+                verdict = rough or self._judge(grasp, hand, check, radius_mm)
+                if isinstance(verdict, Miss):
+                    misses.append(replace(verdict, grasp=grasp))
+                else:
+                    free.append(verdict)
+                done += 1
+            left = [] if in_full == most_in_full else sorted(left[done:], key=self._off_centre_mm)
         return free, misses
+
+    def _off_centre_mm(self, grasp: Grasp) -> float:
+        return float(np.linalg.norm(grasp.X_CG[:3, 3] - self.held.centroid_C))
 
     def _judge(self, grasp: Grasp, hand: HandModel, check: HandCheck, radius_mm: float) -> FreeGrasp | Miss:
         tips = self._ctx.min_contact_mm
