@@ -281,6 +281,7 @@ def designs() -> Iterator[dict[str, Any]]:
                 "measure": f"sample product, {component} changed",
                 **asdict(run),
                 "share_of_cold": round(run.seconds / cold.seconds, 3),
+                "cpu_share_of_cold": round(run.cpu_seconds / cold.cpu_seconds, 3),
             }
 
 
