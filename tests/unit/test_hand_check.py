@@ -128,7 +128,7 @@ def test_a_roof_over_the_stems_bounds_the_finger_length_from_above() -> None:
 
     check = HandCheck(scene(ledge, motion=still, release=0.0), HAND)
 
-    assert length_max(check, grasp(depth=5.0), 6.0) == float("inf")
+    assert length_max(check, grasp(depth=5.0), 6.0) == (float("inf"), None)
     near = HandCheck(scene(block((18.05, -30.0, 40.0), (40.0, 30.0, 45.0)), motion=still, release=0.0), HAND)
     assert near.rough(grasp(depth=5.0), 3.0) is not None
 

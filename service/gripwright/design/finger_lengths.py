@@ -20,28 +20,48 @@ _OFF_MM = 0.004  # a bound keeps off the exact one by this, within the 0.01 mm t
 def length_min(check: HandCheck, grasp: Grasp, envelopes_mm: FloatArray, tips_mm: float) -> tuple[FloatArray, Miss | None]:
     """L⁻ for each palm envelope (ascending), at least `tips_mm`; inf, and what the palm hits, where no length helps."""
     result = np.full(len(envelopes_mm), np.inf)
-    low = max(tips_mm, 1.0)
-    for k, envelope in enumerate(envelopes_mm):
-        touched, body = _last_palm_touch(check, grasp, float(envelope), low)
-        low = max(low, touched + _OFF_MM)
-        if low > LENGTH_LIMIT_MM:
-            detail = f"the palm hits {body} with fingers of {LENGTH_LIMIT_MM:.0f} mm too"
-            return result, Miss(stage=4, code="collision", detail=detail) if k == 0 else None
-        result[k] = low
+    touched, body = _last_palm_touch(check, grasp, float(envelopes_mm[0]), max(tips_mm, 1.0))
+    result[0] = max(tips_mm, 1.0, touched + _OFF_MM)
+    if result[0] > LENGTH_LIMIT_MM:
+        result[0] = np.inf
+        detail = f"the palm hits {body} with fingers of {LENGTH_LIMIT_MM:.0f} mm too"
+        return result, Miss(stage=4, code="collision", detail=detail)
+    spans = [(0, len(envelopes_mm) - 1)]
+    if len(envelopes_mm) > 1:
+        result[-1] = _length_from(check, grasp, float(envelopes_mm[-1]), float(result[0]))
+    while spans:  # what is free for a large palm is free for a small one
+        small, large = spans.pop()
+        if large - small < 2:
+            continue
+        if result[large] - result[small] <= _OFF_MM:
+            result[small + 1 : large] = result[large]
+            continue
+        middle = (small + large) // 2
+        result[middle] = _length_from(check, grasp, float(envelopes_mm[middle]), float(result[small]))
+        spans += [(small, middle), (middle, large)]
     return result, None
 
 
-def length_max(check: HandCheck, grasp: Grasp, length_min_mm: float) -> float:
-    """L⁺ ≥ L⁻ of a grasp that is free (`HandCheck.seated`) with L⁻; inf where `LENGTH_LIMIT_MM` is still free."""
-    if check.stems_free(grasp, LENGTH_LIMIT_MM):
-        return float("inf")
+def length_max(check: HandCheck, grasp: Grasp, length_min_mm: float) -> tuple[float, Miss | None]:
+    """L⁺ ≥ L⁻, inf where `LENGTH_LIMIT_MM` is still free; or why stems of L⁻ are not."""
+    if check.seated(grasp, LENGTH_LIMIT_MM) is None:
+        return float("inf"), None
+    miss = check.seated(grasp, length_min_mm)
+    if miss is not None:
+        return length_min_mm, miss
     shorter, _ = _last_stem_touch(check, grasp, LENGTH_LIMIT_MM - length_min_mm)
-    return max(length_min_mm, LENGTH_LIMIT_MM - shorter - _OFF_MM)
+    return max(length_min_mm, LENGTH_LIMIT_MM - shorter - _OFF_MM), None
 
 
 def palm_hit(check: HandCheck, grasp: Grasp, envelope_mm: float, finger_length_mm: float) -> str | None:
     """What the palm of that envelope hits along the whole operation behind fingers of that length, or None."""
     return _last_palm_touch(check, grasp, envelope_mm, finger_length_mm)[1]
+
+
+def _length_from(check: HandCheck, grasp: Grasp, envelope_mm: float, low_mm: float) -> float:
+    """L⁻, at least `low_mm`; inf where no length helps."""
+    length_mm = max(low_mm, _last_palm_touch(check, grasp, envelope_mm, low_mm)[0] + _OFF_MM)
+    return length_mm if length_mm <= LENGTH_LIMIT_MM else float("inf")
 
 
 def _last_palm_touch(check: HandCheck, grasp: Grasp, envelope_mm: float, low_mm: float) -> _Touch:

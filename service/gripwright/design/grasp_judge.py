@@ -107,10 +107,10 @@ class GraspJudge:
         touching = contacts(seated, self._surface, hand, least, self._ctx.min_contact_mm)
         if isinstance(touching, Rejection):
             return Miss(stage=7, code=touching.code, detail=touching.detail)
-        miss = check.seated(seated, least)
+        longest, miss = length_max(check, seated, least)
         if miss is not None:
             return Miss(stage=8, code=miss.code, detail=miss.detail)
-        return self._bounded(seated, hand, check, widths, lengths, touching, radius_mm)
+        return self._bounded(seated, hand, check, widths, lengths, longest, touching, radius_mm)
 
     def _bounded(
         self,
@@ -119,10 +119,10 @@ class GraspJudge:
         check: HandCheck,
         envelopes: FloatArray,
         lengths: FloatArray,
+        longest: float,
         touching: tuple[Contact, ...],
         radius_mm: float,
     ) -> FreeGrasp | Miss:
-        longest = length_max(check, grasp, float(lengths[0]))
         lengths = np.where(lengths <= longest, lengths, np.inf)
         reach = float(min(longest, lengths[np.isfinite(lengths)].max()))
         touched = forbidden_touch(grasp, self._regions, hand, reach)

@@ -93,16 +93,6 @@ class HandCheck:
         self._along_motion(among, length_mm)
         return among.misses
 
-    def stems_free(self, grasp: Grasp, length_mm: float) -> bool:
-        """Whether stems of that length hit nothing, of a grasp that is free (`seated`) with a shorter one.
-
-        What does not depend on the length is not asked again.
-        """
-        among = _Candidates([grasp], self.hand)
-        self._closed_attached(among, length_mm, ENTER_MM)
-        self._along_motion(among, length_mm)
-        return among.misses[0] is None
-
     def gap(self, grasp: Grasp, finger_length_mm: float, limit_mm: float) -> float:
         """Least distance of the closed fingers to the standing scene at some poses of the motion, at most `limit_mm`."""
         best = limit_mm
