@@ -165,3 +165,28 @@ def test_grasps_checked_together_miss_as_each_by_itself() -> None:
 
     assert together == [HandCheck(walls, HAND).rough(one, 3.0) for one in grasps]
     assert {None if miss is None else miss.stage for miss in together} >= {None, 0, 2}
+
+
+@pytest.mark.parametrize("bottom", [45.0, 61.3, 120.0])
+def test_a_beam_over_the_way_bounds_the_finger_length_from_above(bottom: float) -> None:
+    """Pushed in from the side, under a beam: stems reach no higher than the margin below it."""
+    way = np.stack([np.eye(4), np.eye(4)])
+    way[0, 1, 3] = -100.0
+    beam = block((-40.0, -55.0, bottom), (40.0, -50.0, bottom + 5.0))  # ends before the palm's place at either end
+
+    longest, miss = length_max(HandCheck(scene(beam, motion=way), HAND), grasp(depth=5.0), 6.0)
+
+    assert miss is None
+    assert longest == pytest.approx(bottom - 15.0 - MARGIN, abs=0.01)
+
+
+def test_stems_that_pass_too_low_at_any_length_are_a_miss() -> None:
+    way = np.stack([np.eye(4), np.eye(4)])
+    way[0, 1, 3] = -100.0
+    beam = block((-40.0, -55.0, 18.0), (40.0, -50.0, 23.0))
+
+    length, miss = length_max(HandCheck(scene(beam, motion=way), HAND), grasp(depth=5.0), 6.0)
+
+    assert length == 6.0
+    assert miss is not None
+    assert miss.detail.startswith("finger 1 hits block 0")
