@@ -30,6 +30,7 @@ from whole_design import design
 from designed_products import PUMP
 from gripwright.cad.limits import DEFAULT_LIMITS
 from gripwright.cad.package import read_package
+from gripwright.design.finger_lengths import length_min
 from gripwright.design.grasp_judge import GraspJudge, HeldComponent
 from gripwright.design.hand_check import HandCheck, OperationScene
 from gripwright.design.plan import plan_of
@@ -197,9 +198,9 @@ def poses() -> Iterator[dict[str, Any]]:
             "us_a_pose": round(1e6 * seconds / len(places), 2),
         }
         held = [Grasp(X_CG=X, gripper_type=kind, grip=EXTERNAL, opening_width_mm=30.0) for X in about_the_ball(40)]
-        check.length_min(held[0], np.array([ENVELOPE_MM]), TIPS_MM)
+        length_min(check, held[0], np.array([ENVELOPE_MM]), TIPS_MM)
         seconds, lengths = best_of(
-            REPEATS, lambda check=check, held=held: [check.length_min(g, np.array([ENVELOPE_MM]), TIPS_MM)[0][0] for g in held]
+            REPEATS, lambda check=check, held=held: [length_min(check, g, np.array([ENVELOPE_MM]), TIPS_MM)[0][0] for g in held]
         )
         between = float(np.mean([TIPS_MM < length < np.inf for length in lengths]))
         yield {
@@ -280,6 +281,7 @@ def designs() -> Iterator[dict[str, Any]]:
                 "measure": f"sample product, {component} changed",
                 **asdict(run),
                 "share_of_cold": round(run.seconds / cold.seconds, 3),
+                "cpu_share_of_cold": round(run.cpu_seconds / cold.cpu_seconds, 3),
             }
 
 

@@ -21,8 +21,9 @@ class Fault:
 
 @dataclass(frozen=True)
 class Limits:
-    """The options of a design that promises depend on, in mm."""
+    """The options of a design that promises depend on, in mm, and how finely motions are stepped."""
 
     release_clearance: float = 1.0
     margin: float = 0.1
     min_contact: float = 3.0
+    finer: int = 1  # so many steps for one

@@ -75,8 +75,8 @@ def check_handle(gripper: Gripper, handle: dict[str, Any], package: Package, lim
     scene = Scene.of(gripper, handle, package)
     findings = [*_touch(scene, limits), *_no_grasp(scene), *_enter(scene), *_clear(scene, limits)]
     if limits.release_clearance > 0:
-        findings += [*_leave(scene, "leave", scene.operation.displacements[-1])]
-        findings += [*_leave(scene, "take-up", scene.operation.displacements[0])]
+        findings += [*_leave(scene, "leave", scene.operation.displacements[-1], limits.finer)]
+        findings += [*_leave(scene, "take-up", scene.operation.displacements[0], limits.finer)]
     for promise, detail in findings:
         yield Fault(gripper.id, scene.operation.id, promise, detail)
 
@@ -141,7 +141,7 @@ def _clear(scene: Scene, limits: Limits) -> Iterator[Finding]:
     for name, solids in (("the passive subassembly", scene.passive), ("an obstacle", scene.obstacles)):
         if not solids:
             continue
-        nearest = nearest_approach(hand, Shape(solids), motion, limits.margin, GAP_ACCURACY)
+        nearest = nearest_approach(hand, Shape(solids), motion, limits.margin, GAP_ACCURACY, limits.finer)
         measured.append(nearest.distance_mm)
         if nearest.is_nearer(limits.margin):
             how = "inside" if nearest.inside else f"{nearest.distance_mm:.3f} mm from"
@@ -155,32 +155,32 @@ def _clear(scene: Scene, limits: Limits) -> Iterator[Finding]:
         yield "gap", f"none stated, measured {min(measured):.3f} mm"
 
 
-def _leave(scene: Scene, promise: str, displacement: Array) -> Iterator[Finding]:
+def _leave(scene: Scene, promise: str, displacement: Array, finer: int) -> Iterator[Finding]:
     """Opened to the release opening, the gripper withdraws along -z past everything and touches nothing."""
     around = scene.surroundings(displacement)
-    yield from _opening(scene, promise, around)
+    yield from _opening(scene, promise, around, finer)
     lowest = box_corners([scene.held, *around])[0, 2]
     way = [Screw.straight(np.array([0.0, 0.0, min(lowest, 0.0) - 1.0]))]
     hand = Shape(scene.gripper.solids(scene.release_mm))
     for name, solids in (("the component", [scene.held]), ("something standing around", around)):
         if not solids:
             continue
-        nearest = nearest_approach(hand, Shape(solids), way, TOUCH_GAP_MM, 1.0)
+        nearest = nearest_approach(hand, Shape(solids), way, TOUCH_GAP_MM, 1.0, finer)
         if nearest.is_nearer(TOUCH_GAP_MM):
             how = "inside" if nearest.inside else f"{nearest.distance_mm:.3f} mm from"
             back = -nearest.progress * way[0].twist[5]
             yield promise, f"opened to {scene.release_mm:.3f} mm, {back:.1f} mm back, the gripper comes {how} {name}"
 
 
-def _opening(scene: Scene, promise: str, around: list[trimesh.Trimesh]) -> Iterator[Finding]:
+def _opening(scene: Scene, promise: str, around: list[trimesh.Trimesh], finer: int) -> Iterator[Finding]:
     """Each finger's own way from the grip to the release opening."""
     held, others = Shape([scene.held]), Shape(around) if around else None
     travel = (scene.release_mm - scene.width_mm) / 2
     for i, angle in enumerate(scene.gripper.angles_rad, start=1):
         finger = Shape([placed(scene.gripper.finger, finger_pose(angle, scene.width_mm))])
         way = Screw.straight(travel * np.array([np.cos(angle), np.sin(angle), 0.0]))
-        if others and nearest_approach(finger, others, [way], TOUCH_GAP_MM, 1.0).is_nearer(TOUCH_GAP_MM):
+        if others and nearest_approach(finger, others, [way], TOUCH_GAP_MM, 1.0, finer).is_nearer(TOUCH_GAP_MM):
             yield promise, f"finger {i} runs into something standing around while it opens"
-        times = np.linspace(0, 1, 2 + int(abs(travel) / 0.1))[1:]
+        times = np.linspace(0, 1, 2 + finer * int(abs(travel) / 0.1))[1:]
         if any(finger.distance(held, way.displacement(t)) == 0 for t in times):
             yield promise, f"finger {i} runs into the component while it opens"

@@ -55,10 +55,13 @@ class Approach:
         return self.inside or self.distance_mm < limit_mm
 
 
-def nearest_approach(moving: Shape, standing: Shape, motion: Sequence[Screw], limit_mm: float, accuracy: float) -> Approach:
+def nearest_approach(
+    moving: Shape, standing: Shape, motion: Sequence[Screw], limit_mm: float, accuracy: float, finer: int = 1
+) -> Approach:
     """The smallest distance, to a share `accuracy` of it above the limit; ends at the first pose nearer than the limit.
 
-    No step is longer than the distance just measured allows, so nothing can be jumped over.
+    No step is longer than the distance just measured allows, so nothing can be jumped over but what reaches within the limit
+    for less than `STEP_MIN_MM`. Steps are `finer` times as short.
     """
     if moving.is_inside(standing, motion[0].start):
         return Approach(0.0, True, 0.0)
@@ -71,6 +74,6 @@ def nearest_approach(moving: Shape, standing: Shape, motion: Sequence[Screw], li
             if distance < nearest.distance_mm:
                 nearest = Approach(distance, False, (i + t) / len(motion))
             passable = max((1 - accuracy) * nearest.distance_mm, limit_mm)
-            step = max(distance - passable, STEP_MIN_MM)
+            step = max(distance - passable, STEP_MIN_MM) / finer
             t = t + step / speed if speed > 0 else np.inf
     return nearest

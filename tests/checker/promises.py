@@ -19,9 +19,10 @@ def check_design(
     release_clearance: float = 1.0,
     margin: float = 0.1,
     min_contact: float = 3.0,
+    finer: int = 1,
 ) -> list[Fault]:
-    """All faults of a design; lengths in mm, as the options of the same names."""
-    limits = Limits(release_clearance, margin, min_contact)
+    """All faults of a design; lengths in mm, as the options of the same names; `finer` steps of a motion for one."""
+    limits = Limits(release_clearance, margin, min_contact, finer)
     product = read_package(package)
     design = json.loads((design_folder / "design.json").read_text())
     faults = list(check_coverage(design_folder, design, product))

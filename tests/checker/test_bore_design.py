@@ -69,7 +69,7 @@ def test_why_not_is_one_sentence_with_body_and_measure_in_the_document_and_the_r
     assert (miss["component"], miss["hit"], miss["unit"]) == ("bush", "housing", "mm")
     assert miss["limit"] - miss["found"] == pytest.approx(miss["amount"], abs=1e-3)
     assert operation["detail"] == entry["detail"]
-    assert operation["detail"].startswith(f"bush cannot be held: {miss['sentence']}")
+    assert operation["detail"].startswith(f"bush cannot be held in {operation['id']}: {miss['sentence']}")
     assert operation["detail"] in page
     assert "nearest miss of op-01" in page  # its picture
     for segment in entry["segments"]:

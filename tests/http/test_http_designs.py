@@ -101,7 +101,7 @@ def test_a_finished_design_holds_its_document_and_files(client, design_id, finis
 
 def test_a_design_says_over_http_why_an_operation_is_not_covered(client, design_id, finish):
     sentence = (
-        "held on Ø24.0 mm (segment 2), finger 2 would enter 'cover' by 1.80 mm (0.10 mm of clearance is required) with its tip"
+        "gripped on Ø24.0 mm (segment 2), finger 2 would enter 'cover' by 1.80 mm (0.10 mm of clearance is required) with its tip"
     )
     miss = {"component": "rotor", "segment": 2, "sentence": sentence, "amount": 1.9, "unit": "mm", "hit": "cover"}
     operation = {"id": "op-1", "status": "uncovered", "detail": f"rotor cannot be held: {sentence}", "nearest_miss": miss}

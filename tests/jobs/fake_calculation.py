@@ -17,6 +17,7 @@ class Stage:
     uses: tuple = ()
     plan_fields: tuple = ()
     version: int = 1
+    remembers: bool = False
 
 
 def _note(log, name):

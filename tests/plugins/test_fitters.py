@@ -253,7 +253,7 @@ def test_a_segment_that_no_primitive_explains_says_why() -> None:
     analysis = analysis_of(trimesh.creation.icosphere(3))
 
     assert analysis.primitive is None
-    assert analysis.reason.startswith("no primitive with a filled surface: cylinder: ")
+    assert analysis.reason.startswith("no shape to grip was found: cylinder: ")
 
 
 def test_every_fitter_is_timed() -> None:

@@ -1,5 +1,7 @@
 """What no finger bears is given up for its grip alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -42,3 +44,17 @@ def test_nothing_barred_changes_nothing() -> None:
     verdict = OperationVerdict(operation="op-01", components={}, warnings=(), timings={})
 
     assert without_barred(verdict, {}) is verdict
+
+
+def test_a_segment_whose_every_grasp_is_too_heavy_says_what_it_loads_the_fingers_with() -> None:
+    grasp = replace(free(EXTERNAL, 812.4), hold=Hold(required_force_N=812.4, moment_Nmm=15_300.0, symmetry=1.0))
+    segment = SegmentVerdict(segment=3, requirement=None, grasps_planned=1, free=(grasp,), rejection=None)
+    verdict = OperationVerdict(operation="op-01", components={"ring": (segment,)}, warnings=(), timings={})
+
+    (kept,) = without_barred(verdict, {EXTERNAL: {"force": 500.0, "detail": "406 N would bend it"}}).components["ring"]
+
+    assert kept.rejection is not None
+    assert kept.rejection.detail == (
+        "gripped across 20.0 mm (segment 3), it loads the fingers with a moment of 15.3 N·m, which takes a grip force of 812 N "
+        "to hold by friction, and no finger bears that: 406 N would bend it"
+    )

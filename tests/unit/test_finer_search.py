@@ -10,7 +10,7 @@ import trimesh
 
 from gripwright.design.grasp_judge import GraspJudge
 from gripwright.design.scenes import Body, held_component, operation_scene
-from gripwright.design.stages.constraints import SegmentSearch, search_all
+from gripwright.design.stages.constraints import SegmentSearch, search_between
 from gripwright.domain.assembly import Component, Obstacle, Operation
 from gripwright.domain.grasp import CENTRIC_3, PARALLEL_2, GripRequirement, SegmentVerdict
 from gripwright.domain.shape import Box, Cylinder, Mesh, Segment
@@ -46,7 +46,7 @@ def searched(held: Mesh, need: GripRequirement, walls: list[Mesh], way: np.ndarr
     faces = np.arange(len(held.faces))
     analysis: Any = SimpleNamespace(segment=Segment(id=0, faces=faces, area_mm2=1.0, hull_volume_mm3=1.0))
     search = SegmentSearch(analysis, [need], judge, toolbox, ctx)
-    words = search_all([search], FINEST, lambda number: None)
+    words = search_between([search], FINEST, lambda number: None)
     return search.verdict(words)
 
 

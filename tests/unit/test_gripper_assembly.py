@@ -83,7 +83,8 @@ def with_handle(gripper: Gripper, *, required_force_N: float) -> Gripper:
 def answer(gripper: Gripper, **params) -> GripperCad | Rejection:
     designer = StraightFinger(StraightFingerParams(**params))
     hand = make_hand(gripper.fingers)
-    return design_gripper_cad(gripper, designer, hand, (), *body_size(gripper.actuator), 2.0, RunContext())
+    needed = max((handle.hold.required_force_N for handle in gripper.handles), default=0.0)
+    return design_gripper_cad(gripper, designer, hand, (), *body_size(gripper.actuator), needed, 2.0, RunContext())
 
 
 def make_cad(gripper: Gripper) -> GripperCad:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gripwright.design.contact import Surface, contacts, seat
+from gripwright.design.finger_lengths import length_max, length_min
 from gripwright.design.hand_check import HandCheck, OperationScene
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import EXTERNAL, PARALLEL_2, Grasp
@@ -114,7 +115,7 @@ def test_a_hollow_obstacle_around_the_hand_is_found_on_the_way_out() -> None:
 def test_the_least_finger_length_clears_what_stands_beside_the_component(height: float) -> None:
     post = block((-5.0, 18.0, 0.0), (5.0, 25.0, 20.0 + height))  # beside the fingers, below the palm of radius 40
 
-    lengths, miss = HandCheck(scene(post), HAND).length_min(grasp(depth=5.0), np.array([10.0, 40.0]), 3.0)
+    lengths, miss = length_min(HandCheck(scene(post), HAND), grasp(depth=5.0), np.array([10.0, 40.0]), 3.0)
 
     assert miss is None
     assert lengths[0] == pytest.approx(5.0 + MARGIN, abs=0.01)  # a palm of radius 10 has only the held block before it
@@ -127,7 +128,7 @@ def test_a_roof_over_the_stems_bounds_the_finger_length_from_above() -> None:
 
     check = HandCheck(scene(ledge, motion=still, release=0.0), HAND)
 
-    assert check.length_max(grasp(depth=5.0), 6.0) == float("inf")
+    assert length_max(check, grasp(depth=5.0), 6.0) == float("inf")
     near = HandCheck(scene(block((18.05, -30.0, 40.0), (40.0, 30.0, 45.0)), motion=still, release=0.0), HAND)
     assert near.rough(grasp(depth=5.0), 3.0) is not None
 
@@ -145,8 +146,8 @@ def test_the_answer_moves_with_the_scene() -> None:
         release_clearance_mm=1.0,
     )
 
-    one = HandCheck(here, HAND).length_min(grasp(), np.array([40.0]), 3.0)[0]
-    other = HandCheck(there, HAND).length_min(grasp(), np.array([40.0]), 3.0)[0]
+    one = length_min(HandCheck(here, HAND), grasp(), np.array([40.0]), 3.0)[0]
+    other = length_min(HandCheck(there, HAND), grasp(), np.array([40.0]), 3.0)[0]
 
     assert one == pytest.approx(other, abs=0.01)
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
+from scipy.optimize import brentq, linprog
 from scipy.spatial.transform import Rotation
 
 from gripwright.design.contact import Contact
@@ -41,6 +41,7 @@ def mean_distance(width: float, height: float) -> float:
 
 
 def test_two_pads_hold_a_block_along_them_with_its_load_over_friction() -> None:
+    """Each pad presses with F/2 and rubs with up to μ·F/2: both together hold μ·F."""
     grasp, touching = two_pads()
     still = load(mass_kg=0.0, force_N=30.0)
 
@@ -51,6 +52,7 @@ def test_two_pads_hold_a_block_along_them_with_its_load_over_friction() -> None:
 
 
 def test_a_carried_block_needs_weight_and_acceleration_over_friction() -> None:
+    """Worst is the robot that accelerates upwards: m·(g + a) along the pads."""
     grasp, touching = two_pads()
 
     held = hold(grasp, touching, np.inf, load(mass_kg=1.5), _MU)
@@ -60,6 +62,7 @@ def test_a_carried_block_needs_weight_and_acceleration_over_friction() -> None:
 
 @pytest.mark.parametrize("radius_mm", [5.0, 20.0, 80.0])
 def test_three_pads_hold_a_cylinder_along_its_axis_with_its_load_over_friction_whatever_its_radius(radius_mm: float) -> None:
+    """Each of three presses with F/3 and rubs with μ·F/3: μ·F again."""
     grasp, touching = three_pads(radius_mm)
 
     held = hold(grasp, touching, radius_mm, load(mass_kg=0.0, force_N=30.0), _MU)
@@ -68,6 +71,11 @@ def test_three_pads_hold_a_cylinder_along_its_axis_with_its_load_over_friction_w
 
 
 def test_an_off_centre_grasp_needs_torsional_friction_for_the_moment_of_the_weight() -> None:
+    """The moment f·arm is about the pads' common normal: each pad bears half of it by torsion, and half of f.
+
+    On the ellipsoid (f/2 / μN)² + (f·arm/2 / μN·r)² = 1 with N = F/2: F = √(f² + (f·arm/r)²) / μ, r being the mean distance of
+    the patch's points from its centre.
+    """
     grasp, touching = two_pads(height_mm=10.0, across_mm=8.0)
     arm_mm, force_N = 25.0, 12.0
     lever = load(mass_kg=0.0, force_N=force_N, centroid=(0.0, arm_mm, 0.0))
@@ -80,6 +88,7 @@ def test_an_off_centre_grasp_needs_torsional_friction_for_the_moment_of_the_weig
 
 
 def test_a_moment_about_the_cylinder_s_axis_is_held_by_friction_at_its_radius() -> None:
+    """Three pads rub with μ·F/3 each at the radius R: μ·F·R; the force itself, at a long arm, counts little."""
     radius_mm, arm_mm, force_N = 20.0, 300.0, 1.0
     grasp, touching = three_pads(radius_mm)
     turned = replace(
@@ -93,6 +102,10 @@ def test_a_moment_about_the_cylinder_s_axis_is_held_by_friction_at_its_radius() 
 
 
 def test_the_strip_on_a_cylinder_follows_the_elastic_foundation() -> None:
+    """Indented by δ, the strip is a = √(2Rδ) to each side and bears P = k·h·∫(δ − x²/2R)dx = (2/3)·k·h·a³/R (Johnson, 4.3).
+
+    Three strips share the grip force, here that of 1 N along the axis.
+    """
     radius_mm, height_mm = 20.0, 10.0
     grasp, touching = three_pads(radius_mm, height_mm)
 
@@ -113,12 +126,69 @@ def test_torsion_on_two_pads_is_held_with_less_force_the_larger_the_cylinder() -
 
 
 def test_a_load_across_the_jaws_is_held_by_their_guides_until_one_pad_lifts_off() -> None:
+    """The jaws hold F together; one pad gains half the load, the other loses it: F/2 − f/2 ≥ 0."""
     grasp, touching = two_pads()
     across = replace(load(mass_kg=0.0, force_N=30.0), insertion_C=np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
 
     held = hold(grasp, touching, np.inf, across, _MU)
 
     assert held.required_force_N == pytest.approx(30.0)
+
+
+@pytest.mark.parametrize("arm_mm", [0.0, 2.0, 10.0, 60.0])
+@pytest.mark.parametrize(("height_mm", "across_mm"), [(10.0, 8.0), (3.0, 12.0), (6.0, 6.0)])
+def test_force_and_torsion_share_a_patch_as_its_ellipsoid_says(arm_mm: float, height_mm: float, across_mm: float) -> None:
+    """From rubbing alone to twisting nearly alone, F = f·√(1 + (arm/r)²) / μ for two pads: see the grasp off centre."""
+    grasp, touching = two_pads(height_mm=height_mm, across_mm=across_mm)
+
+    held = hold(grasp, touching, np.inf, load(mass_kg=0.0, force_N=10.0, centroid=(0.0, arm_mm, 0.0)), _MU)
+
+    ratio = arm_mm / mean_distance(across_mm, height_mm)
+    assert held.required_force_N == pytest.approx(10.0 * np.hypot(1.0, ratio) / _MU, rel=1e-4)
+
+
+@pytest.mark.parametrize("radius_mm", [4.0, 20.0, 100.0])
+def test_the_torsion_that_a_strip_bears_is_that_of_the_strip_which_the_force_itself_makes(radius_mm: float) -> None:
+    """A cylinder in two flat fingers, off centre: F = f·√(1 + (arm/r(F))²) / μ, whose strip has the width that F makes.
+
+    Half-width a = ∛(1.5·P·R / (k·h)) with P = F/2, up to a²/2R = the pad's greatest compression. The pressure falls off to the
+    strip's sides as 1 − (x/a)²; an even one of √0.6 of the width has the same second moment. Solved by bisection here.
+    """
+    height_mm, arm_mm, force_N = 10.0, 12.0, 5.0
+    grasp, touching = two_pads(height_mm=height_mm)
+
+    def short_of(grip_N: float) -> float:
+        half = np.cbrt(1.5 * grip_N / 2.0 * radius_mm / (PAD.normal_N_mm3 * height_mm))
+        half = min(half, np.sqrt(2.0 * radius_mm * PAD.compression * PAD.thickness_mm))
+        return force_N * np.hypot(1.0, arm_mm / mean_distance(2.0 * half * np.sqrt(0.6), height_mm)) / _MU - grip_N
+
+    held = hold(grasp, touching, radius_mm, load(mass_kg=0.0, force_N=force_N, centroid=(0.0, arm_mm, 0.0)), _MU)
+
+    exact_N = brentq(short_of, 1.0, 10_000.0)
+    assert exact_N * (1.0 - 1e-4) <= held.required_force_N <= 1.02 * exact_N
+
+
+@pytest.mark.parametrize(("mass_kg", "force_N"), [(0.1, 30.0), (1.0, 30.0), (4.0, 30.0)])
+def test_a_peg_pushed_in_from_above_needs_the_greater_of_what_carrying_and_pushing_ask(mass_kg: float, force_N: float) -> None:
+    """The push meets a force upwards, from which the weight takes off: m·(g + a) while it is carried, f while it is pushed."""
+    grasp, touching = two_pads()
+
+    held = hold(grasp, touching, np.inf, load(mass_kg, force_N), _MU)
+
+    carried_N = mass_kg * (GRAVITY_M_S2 + ACCELERATION_M_S2)
+    assert held.required_force_N == pytest.approx(max(carried_N, force_N) / _MU)
+
+
+def test_a_peg_pushed_in_sideways_bears_its_weight_and_the_push_at_right_angles() -> None:
+    """Both along the pads: √(f² + (m·g)²) / μ, more than carrying it asks."""
+    mass_kg, force_N = 1.0, 30.0
+    grasp, touching = two_pads()
+    motion = np.tile(np.eye(4), (2, 1, 1))
+    motion[0, 1, 3] = 50.0
+
+    held = hold(grasp, touching, np.inf, operation_load(motion, np.eye(4), np.zeros(3), mass_kg, force_N), _MU)
+
+    assert held.required_force_N == pytest.approx(np.hypot(force_N, mass_kg * GRAVITY_M_S2) / _MU)
 
 
 def test_no_force_holds_surfaces_that_are_squeezed_out() -> None:

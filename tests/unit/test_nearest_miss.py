@@ -132,7 +132,7 @@ def test_a_wall_that_the_closed_finger_meets_on_the_way_is_named_with_depth_and_
     assert miss.place == pytest.approx(1.0 - (12.0 + MARGIN_MM) / 100.0, abs=0.002)
     assert "on the way down, from 12.1 mm above its seat onwards" in miss.sentence
     assert f"would enter 'wall-1' by {into:.2f} mm" in miss.sentence
-    assert "held across 20.0 mm (segment 2)" in miss.sentence
+    assert "gripped across 20.0 mm (segment 2)" in miss.sentence
 
 
 def test_a_pocket_too_narrow_by_a_millimetre_is_short_of_just_that() -> None:
@@ -168,7 +168,7 @@ def test_a_finger_that_has_no_room_at_all_is_in_the_way_with_its_whole_thickness
     miss = miss_of(judged(wall, grasps=[grasp()]))
 
     assert miss.amount == pytest.approx(THICK_MM + MARGIN_MM, abs=0.003)
-    assert "would enter 'wall-1' by 8.00 mm, its whole thickness," in miss.sentence
+    assert "would run into 'wall-1' with its whole thickness of 8.00 mm," in miss.sentence
 
 
 def test_of_several_grasps_the_one_that_lacks_least_is_told_with_its_pose() -> None:
@@ -254,7 +254,7 @@ def test_a_bore_too_narrow_for_the_fingers_states_what_is_missing() -> None:
     assert miss.code == "too-narrow"
     assert miss.grasp is None
     assert (miss.found, miss.limit, miss.amount) == pytest.approx((8.0, 9.0, 1.0))
-    assert "held from inside Ø8.0 mm (segment 2) the bore is too narrow for 3 fingers by 1.00 mm" in miss.sentence.replace(
+    assert "gripped from inside Ø8.0 mm (segment 2) the bore is too narrow for 3 fingers by 1.00 mm" in miss.sentence.replace(
         ",", ""
     )
 
@@ -300,7 +300,7 @@ def test_an_operation_is_told_by_the_segment_that_came_closest() -> None:
     told = without_grasp(verdict)
 
     assert far.nearest_miss is not None
-    assert told.startswith("block cannot be held: " + far.nearest_miss.sentence)
+    assert told.startswith("block cannot be held in op: " + far.nearest_miss.sentence)
     assert told.endswith("that is the closest found of 2 grasps on 2 segments")
 
 

@@ -13,6 +13,7 @@ from gripwright.design import pipeline
 from gripwright.design.catalogue import palm_envelope_mm
 from gripwright.design.gripper_set import minimise
 from gripwright.design.impact import change_impact
+from gripwright.design.memory import Memory
 from gripwright.design.owned import actuators_of, owned_grippers, specifications
 from gripwright.design.plan import Plan, plan_of
 from gripwright.design.result import DesignResult
@@ -49,8 +50,9 @@ class HereRunner:
 
     def map(self, stage: str, calls: Sequence[Mapping[str, Any]]) -> list[str]:
         self.ran += [stage] * len(calls)
-        function = STAGES[stage].function
-        return [self.put(function(self._of(call), self._plan, self._toolbox, RunContext())) for call in calls]
+        one = STAGES[stage]
+        memory = {"memory": Memory()} if one.remembers else {}
+        return [self.put(one.function({**self._of(call), **memory}, self._plan, self._toolbox, RunContext())) for call in calls]
 
     def _of(self, node: Any) -> Any:
         if isinstance(node, Mapping):

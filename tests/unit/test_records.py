@@ -1,3 +1,4 @@
+import base64
 import json
 import subprocess
 import sys
@@ -47,15 +48,45 @@ def test_the_same_value_gives_the_same_bytes() -> None:
     assert dumps(mesh) == dumps(loads(dumps(mesh), TYPES))
 
 
-def test_a_mesh_stored_before_meshes_had_cad_faces_still_loads() -> None:
-    mesh = Mesh(vertices_mm=np.eye(3), faces=np.array([[0, 1, 2]]))
-    node = json.loads(zlib.decompress(dumps(mesh)))
-    del node["fields"]["cad_faces"]
+def test_arrays_come_back_aligned_with_their_types_and_cannot_be_written_to() -> None:
+    arrays = [
+        np.arange(5, dtype=np.int64),
+        np.array([[2**40, -1]]),
+        np.array([2**31 - 1, -(2**31)]),
+        np.array([2**31]),
+        np.zeros((0, 3), dtype=np.int64),
+        np.float32([0.1, np.nan]),
+        np.array([True, False, True]),
+        np.arange(12.0).reshape(3, 4).T,
+        np.array(7.5),
+    ]
 
-    back = loads(zlib.compress(json.dumps(node).encode()), TYPES)
+    back = loads(dumps(["odd", b"odd", *arrays]), TYPES)[2:]
+
+    for one, other in zip(arrays, back, strict=True):
+        assert (one.dtype, one.shape) == (other.dtype, other.shape)
+        assert np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+        assert other.flags.aligned
+        assert not other.flags.writeable
+
+
+def test_a_record_of_the_first_form_still_loads() -> None:
+    def base64_of(array: np.ndarray) -> str:
+        return base64.b64encode(array.tobytes()).decode()
+
+    mesh = Mesh(vertices_mm=np.eye(3), faces=np.array([[0, 1, 2]]))
+    arrays = {
+        "vertices_mm": {"$array": ["<f8", [3, 3], base64_of(mesh.vertices_mm)]},
+        "faces": {"$array": ["<i8", [1, 3], base64_of(mesh.faces)]},
+    }  # from before meshes had `cad_faces`
+    node = {"$tuple": [{"$type": "gripwright.domain.shape:Mesh", "fields": arrays}, {"$bytes": "AP8="}]}
+
+    back, other = loads(zlib.compress(json.dumps(node).encode()), TYPES)
 
     assert back.cad_faces is None
     assert np.array_equal(back.vertices_mm, mesh.vertices_mm)
+    assert np.array_equal(back.faces, mesh.faces)
+    assert other == b"\x00\xff"
 
 
 def test_a_record_builds_nothing_but_known_dataclasses() -> None:

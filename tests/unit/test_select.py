@@ -240,7 +240,9 @@ def test_an_operation_without_grasp_names_the_constraint_that_came_closest() -> 
 def test_an_operation_without_actuator_names_the_measured_value_and_the_limit(free: FreeGrasp, words: list[str]) -> None:
     selection = run([make_verdict("op", free)], [make_actuator("a", finger_length_max_mm=80.0)])
 
-    assert all(word in selection.not_covered["op"] for word in words), selection.not_covered
+    told = selection.not_covered["op"]
+    assert told.startswith("c-op cannot be held in op: ")
+    assert all(word in told for word in words), told
 
 
 def test_every_actuator_that_is_not_used_says_why() -> None:

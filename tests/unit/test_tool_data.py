@@ -44,7 +44,7 @@ def make_tool(fingers: int, mass_kg: float | None = 0.5) -> tuple[Gripper, Gripp
         handles=(),
     )
     designer: Any = StraightFinger(StraightFingerParams())
-    cad = design_gripper_cad(gripper, designer, hand, [], 40.0, 55.0, 2.0, RunContext())
+    cad = design_gripper_cad(gripper, designer, hand, [], 40.0, 55.0, 0.0, 2.0, RunContext())
     assert isinstance(cad, GripperCad)
     return gripper, cad, hand
 

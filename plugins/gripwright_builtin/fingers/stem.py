@@ -1,14 +1,16 @@
 """The stem of a straight finger in plan (finger frame, seen along z): a rectangle, or a slice of a cylinder for bores."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from gripwright.domain.shape import FloatArray
-from gripwright.geometry import brep
 from gripwright_builtin.fingers.outline import convex_hull, rectangle
 from gripwright_builtin.fingers.stiffness import Section, polygon_section, rectangle_section
+
+if TYPE_CHECKING:  # the CAD kernel takes most of a second, and most designs that are repeated make no finger
+    from gripwright.geometry import brep
 
 _HALF_SLICE_RAD = np.pi / 3.0
 _ARC_POINTS = 61
@@ -27,7 +29,7 @@ class Stem(Protocol):
         """How it bends along x."""
         ...
 
-    def solid(self, length_mm: float) -> brep.Shape:
+    def solid(self, length_mm: float) -> "brep.Shape":
         """The stem, rooted 1 mm deep in the base."""
         ...
 
@@ -52,8 +54,10 @@ class FlatStem:
         """The chamfers are left out of account."""
         return rectangle_section(self.thickness_mm, self.width_mm)
 
-    def solid(self, length_mm: float) -> brep.Shape:
+    def solid(self, length_mm: float) -> "brep.Shape":
         """Chamfered along the outer edges and at the tip."""
+        from gripwright.geometry import brep
+
         y, c = self.width_mm / 2.0, min(self.chamfer_mm, self.thickness_mm / 3.0, self.width_mm / 3.0, length_mm / 3.0)
         outer, inner = (-self.thickness_mm, 0.0) if self.inside else (self.thickness_mm, 0.0)
         toward = np.sign(inner - outer) * c
@@ -83,8 +87,10 @@ class SliceStem:
         """Of the outline."""
         return polygon_section(self.outline_mm)
 
-    def solid(self, length_mm: float) -> brep.Shape:
+    def solid(self, length_mm: float) -> "brep.Shape":
         """The nose is an exact cylinder, whole up to the tip."""
+        from gripwright.geometry import brep
+
         back, front = self._flanks(-self.thickness_mm), self._flanks(1.0)
         wedge = brep.prism_z(np.concatenate([back, front[::-1]]), -length_mm - 1.0, 0.0)
         return brep.common(brep.cylinder_z(-self.nose_radius_mm, 0.0, self.nose_radius_mm, -length_mm - 1.0, 0.0), wedge)

@@ -1,7 +1,7 @@
 """A straight finger: a stem with a flat gripping surface, or a round one for bores, on a base that is bolted to the jaw."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -10,13 +10,15 @@ from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import CENTRIC_3, INTERNAL, PARALLEL_2
 from gripwright.domain.gripper import FingerDesign, FingerSpec
 from gripwright.domain.shape import FloatArray
-from gripwright.geometry import brep
 from gripwright.plugin_api import Params, RunContext
 from gripwright_builtin.fingers.materials import BY_KEY, Material
 from gripwright_builtin.fingers.outline import clip, convex_hull, inset_mm, rectangle, sector, width_mm
 from gripwright_builtin.fingers.screws import BY_THREAD, ScrewHole
 from gripwright_builtin.fingers.stem import FlatStem, SliceStem, Stem
 from gripwright_builtin.fingers.stiffness import Bending, bend
+
+if TYPE_CHECKING:  # the CAD kernel takes most of a second, and most designs that are repeated make no finger
+    from gripwright.geometry import brep
 
 _TOLERANCE_MM = 1e-6
 _NOSE_STEP_RAD = float(np.radians(3.0))  # of the mesh of a rounded nose: its flats stay parallel to what it touches
@@ -89,6 +91,8 @@ class StraightFinger:
 
     def design(self, spec: FingerSpec, ctx: RunContext) -> FingerDesign | Rejection:
         """The finger as one exact solid with its mesh, or why it cannot be made."""
+        from gripwright.geometry import brep
+
         plan = self._plan(spec)
         if isinstance(plan, Rejection):
             return plan
@@ -192,9 +196,9 @@ class StraightFinger:
         assert stiffest is not None
         return Rejection(
             "finger-too-weak",
-            f"{spec.grip_force_N / spec.fingers:.1f} N bend a finger of {stiffest.material.name} by "
-            f"{stiffest.bending.deflection_mm:.2f} mm, at most {p.deflection_max:.2f}, and stress it with "
-            f"{stiffest.bending.stress_MPa:.0f} MPa, at most {stiffest.material.strength_MPa / p.strength_safety:.0f}",
+            f"{spec.grip_force_N / spec.fingers:.0f} N would stress a finger of {stiffest.material.name} with "
+            f"{stiffest.bending.stress_MPa:.0f} MPa (at most {stiffest.material.strength_MPa / p.strength_safety:.0f} MPa) and "
+            f"bend it by {stiffest.bending.deflection_mm:.2f} mm (at most {p.deflection_max:.2f} mm)",
         )
 
     def _bending(self, spec: FingerSpec, plan: _Plan, material: Material, thickness_mm: float) -> Bending:
@@ -210,8 +214,10 @@ class StraightFinger:
             thickness_mm,
         )
 
-    def _shape(self, spec: FingerSpec, plan: _Plan, thickness_mm: float) -> brep.Shape:
+    def _shape(self, spec: FingerSpec, plan: _Plan, thickness_mm: float) -> "brep.Shape":
         """The exact solid in the finger frame."""
+        from gripwright.geometry import brep
+
         front = -spec.finger_length_mm
         back = front - thickness_mm
         base = brep.prism_z(plan.outline_mm, back, front)
@@ -262,6 +268,6 @@ def _x_range(stem: Stem) -> tuple[float, float]:
     return float(stem.outline_mm[:, 0].min()), float(stem.outline_mm[:, 0].max())
 
 
-def _centre_of_mass(measure: brep.SolidMeasure) -> dict[str, float]:
+def _centre_of_mass(measure: "brep.SolidMeasure") -> dict[str, float]:
     """In the finger frame, mm."""
     return dict(zip(("com_x_mm", "com_y_mm", "com_z_mm"), measure.centre_of_mass_mm.round(6).tolist(), strict=True))

@@ -46,7 +46,7 @@ class BoxFitter:
         try:
             hull = ConvexHull(points)
         except QhullError:
-            return Rejection("no-box", f"the segment is flat: its {len(points)} points span no volume")
+            return Rejection("no-box", "the segment is flat, there is no thickness to grip")
         corners = points[hull.vertices]
         rotations = list(_orientations(corners, hull.equations[:, :3], part))
         volumes = np.array([np.prod(np.ptp(corners @ R, axis=0)) for R in rotations])

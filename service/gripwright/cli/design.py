@@ -111,7 +111,7 @@ def _summarise(document: Mapping[str, Any], folder: Path) -> None:
     grippers = document["grippers"]
     typer.echo(f"{document['status']}: {len(grippers)} grippers, in {folder}")
     for gripper in grippers:
-        opening = f"{gripper['opening_min']:g} to {gripper['opening_max']:g} mm"
+        opening = f"{gripper['opening_min']:.4g} to {gripper['opening_max']:.4g} mm"
         actuator = f"{gripper['actuator']['maker']} {gripper['actuator']['model']}"
         actuator = f"{gripper['owned']} (at hand)" if gripper["owned"] else actuator
         held = ", ".join(dict.fromkeys(handle["component"] for handle in gripper["handles"]))

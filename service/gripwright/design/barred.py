@@ -42,9 +42,9 @@ def _too_heavy(segment: int, lightest: FreeGrasp, barred: Mapping[str, Any]) -> 
         amount=None,
         unit="N",
         sentence=(
-            f"held across {grasp.opening_width_mm:.1f} mm (segment {segment}), friction needs a grip force of {force_N:.0f} N "
-            f"against {lightest.hold.moment_Nmm / 1000.0:.1f} N·m about the fingers; "
-            f"no finger bears it: {barred[grasp.grip]['detail']}"
+            f"gripped across {grasp.opening_width_mm:.1f} mm (segment {segment}), it loads the fingers with a moment of "
+            f"{lightest.hold.moment_Nmm / 1000.0:.1f} N·m, which takes a grip force of {force_N:.0f} N to hold by friction, and "
+            f"no finger bears that: {barred[grasp.grip]['detail']}"
         ),
         gripper_type=grasp.gripper_type,
         grip=grasp.grip,

@@ -19,6 +19,7 @@ from gripwright.design.contact import (
     seat,
     standing_off_mm,
 )
+from gripwright.design.finger_lengths import length_min
 from gripwright.design.hand_check import ENTER_MM, LENGTH_LIMIT_MM, ROUGH_MM, HandCheck, Miss, OperationScene
 from gripwright.design.hand_volumes import HandVolumes, Intrusion, Volume
 from gripwright.design.holding import hold
@@ -124,7 +125,7 @@ class Gauge:
             lacking.append(self._no_actuator(placed))
         else:
             palm = float(widths[0])
-            lengths, miss = self._attempt.check.length_min(placed, widths[:1], around.min_contact_mm)
+            lengths, miss = length_min(self._attempt.check, placed, widths[:1], around.min_contact_mm)
             length = float(lengths[0]) if miss is None else LENGTH_LIMIT_MM
             lacking += [] if miss is None else self._reached(volumes.palm(placed, palm, LENGTH_LIMIT_MM))
             length = length if miss is None else around.min_contact_mm

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gripwright.design.contact import Contact, Surface, contacts, forbidden_touch, seat
+from gripwright.design.finger_lengths import length_max, length_min
 from gripwright.design.gauge import Circumstances, Envelopes
 from gripwright.design.hand_check import HandCheck, Miss, OperationScene
 from gripwright.design.holding import hold
@@ -99,7 +100,7 @@ class GraspJudge:
         if len(widths) == 0:
             detail = f"no actuator at hand holds {seated.gripper_type} at {seated.opening_width_mm:.2f} mm"
             return Miss(stage=6, code="too-wide", detail=detail)
-        lengths, miss = check.length_min(seated, widths, tips)
+        lengths, miss = length_min(check, seated, widths, tips)
         if miss is not None:
             return miss
         least = float(lengths[0])
@@ -121,7 +122,7 @@ class GraspJudge:
         touching: tuple[Contact, ...],
         radius_mm: float,
     ) -> FreeGrasp | Miss:
-        longest = check.length_max(grasp, float(lengths[0]))
+        longest = length_max(check, grasp, float(lengths[0]))
         lengths = np.where(lengths <= longest, lengths, np.inf)
         reach = float(min(longest, lengths[np.isfinite(lengths)].max()))
         touched = forbidden_touch(grasp, self._regions, hand, reach)

@@ -1,4 +1,4 @@
-"""Whether a hand is free along one assembly operation, and the finger lengths for which it is.
+"""Whether a hand is free along one assembly operation.
 
 The hand's volumes: each finger closed on the component along the motion; its opening; its way out along the approach
 direction, and in by the same way at the start; the palm behind z = −L with everything behind it, as far as `BEHIND_MM`.
@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gripwright.design.motion import Sweeps, sampled
+from gripwright.design.motion import sampled
+from gripwright.design.sweeps import Sweeps
 from gripwright.domain.grasp import EXTERNAL, Grasp
 from gripwright.domain.shape import FloatArray, IntArray
 from gripwright.geometry.collision import ConvexShape, Scene
@@ -20,7 +21,7 @@ from gripwright.plugin_api import HandModel
 
 BEHIND_MM = 300.0  # actuator, tool changer and wrist: nothing may come nearer to the palm's back
 LENGTH_LIMIT_MM = 250.0  # longer fingers are not considered
-_BISECT_MM, _BISECT_TURNING_MM = 0.008, 0.5  # where the motion turns, each length has sweeps of its own
+_FAR_STEP_MM = 100.0  # so that bodies which change a little leave the shapes of all others as they were
 ENTER_MM = 0.004  # the closed finger's gripping surface is drawn back by this against the component that it touches
 ROUGH_MM = 0.3  # before the grasp is seated
 _TOGETHER = 256  # grasps that are reckoned together
@@ -53,22 +54,22 @@ class OperationScene:
         low = np.concatenate([self.attached.low, self.standing.low]).min(axis=0)
         high = np.concatenate([self.attached.high, self.standing.high]).max(axis=0)
         travel = float(np.linalg.norm(self.motion[:, :3, 3], axis=1).max())
-        return float(np.linalg.norm(high - low)) + travel + float(np.linalg.norm(self.X_PC[:3, 3])) + 50.0
+        far = float(np.linalg.norm(high - low)) + travel + float(np.linalg.norm(self.X_PC[:3, 3])) + 50.0
+        return _FAR_STEP_MM * float(np.ceil(far / _FAR_STEP_MM))
 
 
 class HandCheck:
     """Checks of grasps in one operation. Geometry is cached over grasps; nothing else is kept."""
 
     def __init__(self, scene: OperationScene, hand: HandModel) -> None:
-        self._scene, self._hand = scene, hand
-        self._sweeps = Sweeps(scene.motion)
-        self.turning = self._sweeps.turning
-        self.resolution_mm = _BISECT_TURNING_MM if self.turning else _BISECT_MM
-        self._far = scene.far_mm
+        self.scene, self.hand = scene, hand
+        self.sweeps = Sweeps(scene.motion)
+        self.turning = self.sweeps.turning
+        self.far_mm = scene.far_mm
         self._start, self._end = scene.motion[0], scene.motion[-1]
         self._glances = sampled(scene.motion[[0, -1]], 4)[:0:-1]  # from the end, where things are close
         self._fingers: dict[tuple[str, float], list[FloatArray]] = {}
-        self._palms: dict[float, list[tuple[FloatArray, ConvexShape]]] = {}
+        self._palms: dict[float, list[FloatArray]] = {}
 
     def rough(self, grasp: Grasp, tips_mm: float) -> Miss | None:
         """Why the open hand cannot leave, or the tips (`tips_mm` long) cannot close: before the grasp is seated."""
@@ -85,46 +86,19 @@ class HandCheck:
 
     def _misses(self, grasps: Sequence[Grasp], length_mm: float, draw_back_mm: float) -> list[Miss | None]:
         """For each grasp the first thing that its fingers hit, or None."""
-        among = _Candidates(grasps, self._hand)
+        among = _Candidates(grasps, self.hand)
         self._leave_attached(among)
         self._closed_attached(among, length_mm, draw_back_mm)
         self._leave_standing(among)
         self._along_motion(among, length_mm)
         return among.misses
 
-    def length_min(self, grasp: Grasp, envelopes_mm: FloatArray, tips_mm: float) -> tuple[FloatArray, Miss | None]:
-        """L⁻ for each palm envelope (ascending), by bisection of the palm's level; inf where no length helps."""
-        result = np.full(len(envelopes_mm), np.inf)
-        low = max(tips_mm, 1.0)
-        if self.turning:  # what is free for a large palm is free for a small one
-            for k in range(len(envelopes_mm) - 1, -1, -1):
-                found, miss = _PalmCheck(self, grasp, float(envelopes_mm[k])).least_length(low)
-                if miss is None:
-                    result[: k + 1] = found
-                    return result, None
-            return result, miss
-        for k, envelope in enumerate(envelopes_mm):
-            found, miss = _PalmCheck(self, grasp, float(envelope)).least_length(low)
-            if miss is not None:
-                return result, miss if k == 0 else None
-            result[k] = low = found
-        return result, None
+    def stems_free(self, grasp: Grasp, length_mm: float) -> bool:
+        """Whether stems of that length hit nothing, of a grasp that is free (`seated`) with a shorter one.
 
-    def length_max(self, grasp: Grasp, finger_length_min_mm: float) -> float:
-        """L⁺ ≥ L⁻ from the stems' own collision, by bisection; inf where `LENGTH_LIMIT_MM` is still free.
-
-        Of a grasp that is free (`seated`) with L⁻: what does not depend on the length is not asked again.
+        What does not depend on the length is not asked again.
         """
-        if self._stems_free(grasp, LENGTH_LIMIT_MM):
-            return float("inf")
-        low, high = finger_length_min_mm, LENGTH_LIMIT_MM
-        while high - low > self.resolution_mm:
-            middle = (low + high) / 2.0
-            low, high = (middle, high) if self._stems_free(grasp, middle) else (low, middle)
-        return low
-
-    def _stems_free(self, grasp: Grasp, length_mm: float) -> bool:
-        among = _Candidates([grasp], self._hand)
+        among = _Candidates([grasp], self.hand)
         self._closed_attached(among, length_mm, ENTER_MM)
         self._along_motion(among, length_mm)
         return among.misses[0] is None
@@ -132,76 +106,84 @@ class HandCheck:
     def gap(self, grasp: Grasp, finger_length_mm: float, limit_mm: float) -> float:
         """Least distance of the closed fingers to the standing scene at some poses of the motion, at most `limit_mm`."""
         best = limit_mm
-        for X_GF in self._hand.finger_poses(grasp.opening_width_mm):
-            for vertices in self._finger(grasp, finger_length_mm):
+        for X_GF in self.hand.finger_poses(grasp.opening_width_mm):
+            for vertices in self.finger(grasp, finger_length_mm):
                 for place in self._glances:
-                    X_PF = place @ self._scene.X_PC @ grasp.X_CG @ X_GF
-                    best = self._scene.standing.distance(self._cached(vertices), X_PF, best)[0]
+                    X_PF = place @ self.scene.X_PC @ grasp.X_CG @ X_GF
+                    best = self.scene.standing.distance(self._cached(vertices), X_PF, best)[0]
         return best
 
-    def palm_hit(self, grasp: Grasp, envelope_mm: float, finger_length_mm: float) -> str | None:
-        """What the palm of that envelope hits behind fingers of that length, or None."""
-        return _PalmCheck(self, grasp, envelope_mm).hit(finger_length_mm)
-
-    def palm_solids(self, envelope_mm: float) -> list[tuple[FloatArray, ConvexShape]]:
-        """The palm's solids at L = 0 with the margin around them, each with the shape of its way out."""
+    def palm(self, envelope_mm: float) -> list[FloatArray]:
+        """The palm's solids at L = 0 with the margin around them, frame G."""
         if envelope_mm not in self._palms:
             depth = BEHIND_MM + LENGTH_LIMIT_MM  # so that what is free at one length is free at every greater one
-            palm = self._hand.palm(0.0, envelope_mm, depth)
-            solids = [dilated(solid.vertices_mm, self._scene.margin_mm) for solid in palm]
-            back = np.array([0.0, 0.0, -self._far])
-            self._palms[envelope_mm] = [(vertices, ConvexShape(swept(vertices, back))) for vertices in solids]
+            palm = self.hand.palm(0.0, envelope_mm, depth)
+            self._palms[envelope_mm] = [dilated(solid.vertices_mm, self.scene.margin_mm) for solid in palm]
         return self._palms[envelope_mm]
+
+    @property
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """Where the active subassembly is let go and where it is taken up, (4, 4) each."""
+        return self._end, self._start
+
+    def finger(self, grasp: Grasp, length_mm: float) -> list[FloatArray]:
+        """A finger's solids, frame F."""
+        key = (grasp.grip, length_mm)
+        if key not in self._fingers:
+            self._fingers[key] = [solid.vertices_mm for solid in self.hand.finger(length_mm, grasp.grip)]
+        return self._fingers[key]
+
+    def closing(self, grasp: Grasp, vertices: FloatArray, draw_back_mm: float) -> FloatArray:
+        """What a finger's solid passes through as it closes on the component, but for the layer next to it, frame F."""
+        return drawn_back(self.opening(grasp, vertices), draw_back_mm, grasp)
+
+    def opening(self, grasp: Grasp, vertices: FloatArray) -> FloatArray:
+        """What a finger's solid passes through as it lets go, frame F."""
+        return swept(vertices, np.array([self._out(grasp), 0.0, 0.0]))
 
     # --- volumes -------------------------------------------------------------------------------------------------------
 
     def _out(self, grasp: Grasp) -> float:
         """Way of each gripping surface while the hand lets go, along the finger's +x."""
-        half = self._scene.release_clearance_mm / 2.0
+        half = self.scene.release_clearance_mm / 2.0
         return half if grasp.grip == EXTERNAL else -half
 
-    def _finger(self, grasp: Grasp, length_mm: float) -> list[FloatArray]:
-        key = (grasp.grip, length_mm)
-        if key not in self._fingers:
-            self._fingers[key] = [solid.vertices_mm for solid in self._hand.finger(length_mm, grasp.grip)]
-        return self._fingers[key]
-
     def _leave_attached(self, among: "_Candidates") -> None:
-        out, attached = self._out(among.grasp), self._scene.attached
-        for number, vertices in among.each_finger(self._finger(among.grasp, self._far)):
-            grown = dilated(vertices + np.array([out, 0.0, 0.0]), min(self._scene.margin_mm, abs(out) * 0.8))
-            if self._scene.release_clearance_mm == 0.0:
+        out, attached = self._out(among.grasp), self.scene.attached
+        for number, vertices in among.each_finger(self.finger(among.grasp, self.far_mm)):
+            grown = dilated(vertices + np.array([out, 0.0, 0.0]), min(self.scene.margin_mm, abs(out) * 0.8))
+            if self.scene.release_clearance_mm == 0.0:
                 grown = drawn_back(grown, ROUGH_MM, among.grasp)
             hits = attached.first_hits(self._cached(grown), among.X_CF(number))
             among.drop(hits, attached.names, 0, f"open finger {number} cannot reach the surface past {{}}")
 
     def _closed_attached(self, among: "_Candidates", length_mm: float, draw_back_mm: float) -> None:
-        attached = self._scene.attached
-        for number, vertices in among.each_finger(self._finger(among.grasp, length_mm)):
-            opened = drawn_back(swept(vertices, np.array([self._out(among.grasp), 0.0, 0.0])), draw_back_mm, among.grasp)
+        attached = self.scene.attached
+        for number, vertices in among.each_finger(self.finger(among.grasp, length_mm)):
+            opened = self.closing(among.grasp, vertices, draw_back_mm)
             hits = attached.first_hits(self._cached(opened), among.X_CF(number))
             among.drop(hits, attached.names, 1, f"finger {number} would enter {{}} while it closes")
 
     def _leave_standing(self, among: "_Candidates") -> None:
-        standing = self._scene.standing
+        standing = self.scene.standing
         for place, words in ((self._end, "after the operation"), (self._start, "before the operation")):
-            for number, vertices in among.each_finger(self._finger(among.grasp, self._far)):
-                opened = dilated(vertices + np.array([self._out(among.grasp), 0.0, 0.0]), self._scene.margin_mm)
-                hits = standing.first_hits(self._cached(opened), place @ self._scene.X_PC @ among.X_CF(number))
+            for number, vertices in among.each_finger(self.finger(among.grasp, self.far_mm)):
+                opened = dilated(vertices + np.array([self._out(among.grasp), 0.0, 0.0]), self.scene.margin_mm)
+                hits = standing.first_hits(self._cached(opened), place @ self.scene.X_PC @ among.X_CF(number))
                 among.drop(hits, standing.names, 2, f"open finger {number} hits {{}} {words}")
 
     def _along_motion(self, among: "_Candidates", length_mm: float) -> None:
-        margin, standing = self._scene.margin_mm, self._scene.standing
-        for number, vertices in among.each_finger(self._finger(among.grasp, length_mm)):
-            opened = dilated(swept(vertices, np.array([self._out(among.grasp), 0.0, 0.0])), margin)
+        margin, standing = self.scene.margin_mm, self.scene.standing
+        for number, vertices in among.each_finger(self.finger(among.grasp, length_mm)):
+            opened = dilated(self.opening(among.grasp, vertices), margin)
             for place, words in ((self._end, "while it opens"), (self._start, "while it closes")):
-                hits = standing.first_hits(self._cached(opened), place @ self._scene.X_PC @ among.X_CF(number))
+                hits = standing.first_hits(self._cached(opened), place @ self.scene.X_PC @ among.X_CF(number))
                 among.drop(hits, standing.names, 3, f"finger {number} hits {{}} {words}")
-            hits = self._sweeps.first_hits(standing, vertices, margin, self._scene.X_PC @ among.X_CF(number))
+            hits = self.sweeps.first_hits(standing, vertices, margin, self.scene.X_PC @ among.X_CF(number))
             among.drop(hits, standing.names, 3, f"finger {number} hits {{}} on the way")
 
     def _cached(self, vertices: FloatArray) -> ConvexShape:
-        return self._sweeps.still(vertices)
+        return self.sweeps.still(vertices)
 
 
 class _Candidates:
@@ -230,43 +212,6 @@ class _Candidates:
         for row, hit in zip(self._left[hits >= 0].tolist(), hits[hits >= 0].tolist(), strict=True):
             self.misses[row] = Miss(stage=stage, code="collision", detail=words.format(names[hit]))
         self._left = self._left[hits < 0]
-
-
-class _PalmCheck:
-    """The palm of one grasp with one envelope, at any finger length: the same shapes, shifted along z."""
-
-    def __init__(self, check: HandCheck, grasp: Grasp, envelope_mm: float) -> None:
-        self._check, self._grasp = check, grasp
-        self._solids = check.palm_solids(envelope_mm)
-
-    def least_length(self, low_mm: float) -> tuple[float, Miss | None]:
-        """The least finger length at which the palm is free, or what it hits however long the fingers are."""
-        if self.hit(low_mm) is None:
-            return low_mm, None
-        high = LENGTH_LIMIT_MM
-        hit = self.hit(high)
-        if hit is not None:
-            return np.inf, Miss(stage=4, code="collision", detail=f"the palm hits {hit} with fingers of {high:.0f} mm too")
-        low = low_mm
-        while high - low > self._check.resolution_mm:
-            middle = (low + high) / 2.0
-            low, high = (low, middle) if self.hit(middle) is None else (middle, high)
-        return high, None
-
-    def hit(self, length_mm: float) -> str | None:
-        """The first thing that the palm touches along the whole operation with fingers of that length."""
-        check, scene = self._check, self._check._scene
-        back = np.eye(4)
-        back[2, 3] = -length_mm
-        X_CG = self._grasp.X_CG @ back
-        for vertices, out in self._solids:
-            hit = scene.attached.first_hit(out, X_CG)
-            for place in (check._end, check._start):
-                hit = hit or scene.standing.first_hit(out, place @ scene.X_PC @ X_CG)
-            hit = hit or check._sweeps.first_hit(scene.standing, vertices, 0.0, scene.X_PC @ X_CG)
-            if hit is not None:
-                return hit
-        return None
 
 
 def drawn_back(vertices: FloatArray, by_mm: float, grasp: Grasp) -> FloatArray:

@@ -10,7 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from gripwright.design.hand_check import BEHIND_MM, LENGTH_LIMIT_MM, ROUGH_MM, OperationScene, drawn_back
-from gripwright.design.motion import path_mm, sampled, step_solid, stretches
+from gripwright.design.motion import path_mm, sampled, stretches
+from gripwright.design.sweeps import step_solid
 from gripwright.domain.grasp import EXTERNAL, Grasp
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.collision import ConvexShape, PlacedSurface, Scene
@@ -54,7 +55,12 @@ class Intrusion:
     @property
     def whole(self) -> bool:
         """Whether it takes up all that the volume is thick in that direction."""
-        return self.depth_mm >= float(np.ptp(self.volume.vertices @ self.normal)) - 2.0 * self.volume.margin_mm - _WHOLE_MM
+        return self.depth_mm >= self.size_mm - _WHOLE_MM
+
+    @property
+    def size_mm(self) -> float:
+        """How thick the volume is in that direction, without its margin."""
+        return float(np.ptp(self.volume.vertices @ self.normal)) - 2.0 * self.volume.margin_mm
 
 
 class HandVolumes:

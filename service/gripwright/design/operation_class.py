@@ -81,11 +81,22 @@ def classify(
         return OperationClass(kind=UNKNOWN, axis_P=None, evidence={"motion": "none at the end"})
     if not passive:
         return OperationClass(kind=PLACING, axis_P=np.stack([centre, direction]), evidence={"meets": "nothing"})
+    near = beside(motion, active, passive)
     for kind, mark in ((SCREWING, "starts"), (MESHING, "tip_diameter")):
-        found = _marked_contact(moved, passive, mark, kind)
+        found = _marked_contact(moved, near, mark, kind)
         if found is not None:
             return OperationClass(kind=kind, axis_P=np.stack([found[0], direction]), evidence=found[1])
-    return _by_contact(_contact(moved, passive), centre, direction, fit)
+    return _by_contact(_contact(moved, near) if near else None, centre, direction, fit)
+
+
+def beside(motion: FloatArray, active: Sequence[PlacedComponent], passive: Sequence[PlacedComponent]) -> list[PlacedComponent]:
+    """The passive components that the active ones can meet at the end of the motion: the others have no say in the kind."""
+    pitches = [float(region.evidence.get("pitch", 0.0)) for one in active for region in one.forbidden]
+    reach = max(_NEAR_MM, *(0.5 * pitch for pitch in pitches)) if pitches else _NEAR_MM
+    moved = np.array([_extent(one, motion[-1]) for one in active])  # (a, 2, 3)
+    low, high = moved[:, 0].min(axis=0) - reach, moved[:, 1].max(axis=0) + reach
+    extents = [_extent(one, np.eye(4)) for one in passive]
+    return [one for one, (a, b) in zip(passive, extents, strict=True) if (b >= low).all() and (a <= high).all()]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -187,12 +198,9 @@ def _corners(one: PlacedComponent, faces: BoolArray) -> FloatArray:
 
 def _contact(active: Sequence[PlacedComponent], passive: Sequence[PlacedComponent]) -> _Contact | None:
     """Where the active surface meets the passive one; None where it does not."""
-    here = _soup(active)
-    extents = np.array([_extent(one) for one in passive])  # (s, 2, 3)
-    low = np.maximum(here.min(axis=(0, 1)), extents[:, 0].min(axis=0)) - _NEAR_MM
-    high = np.minimum(here.max(axis=(0, 1)), extents[:, 1].max(axis=0)) + _NEAR_MM
-    beside_it = ((extents[:, 1] >= low) & (extents[:, 0] <= high)).all(axis=1)
-    there = _soup([one for one, near in zip(passive, beside_it, strict=True) if near])
+    here, there = _soup(active), _soup(passive)
+    low = np.maximum(here.min(axis=(0, 1)), there.min(axis=(0, 1))) - _NEAR_MM
+    high = np.minimum(here.max(axis=(0, 1)), there.max(axis=(0, 1))) + _NEAR_MM
     rng = np.random.default_rng(0)
     points, normals, area = _samples(here, low, high, rng)
     others, other_normals, other_area = _samples(there, low, high, rng)
@@ -217,9 +225,9 @@ def _soup(components: Sequence[PlacedComponent]) -> FloatArray:
     return np.concatenate([np.empty((0, 3, 3)), *(transform(one.X_PC, one.mesh.triangles_mm) for one in components)])
 
 
-def _extent(one: PlacedComponent) -> FloatArray:
-    """Lower and upper corner of its bounding box, (2, 3)."""
-    points = transform(one.X_PC, one.mesh.vertices_mm)
+def _extent(one: PlacedComponent, X: FloatArray) -> FloatArray:
+    """Lower and upper corner of its bounding box when displaced by X, (2, 3)."""
+    points = transform(X @ one.X_PC, one.mesh.vertices_mm)
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
 

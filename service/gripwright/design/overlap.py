@@ -42,7 +42,7 @@ def deepest_overlap(motion: FloatArray, active: Sequence[Body], passive: Sequenc
     worst: Overlap | None = None
     for moved in active:
         points_C = _surface_points(moved.solid)
-        for fixed in passive:
+        for fixed in swept_over(motion, [moved], passive):
             inside = _Inside(fixed.solid)
             X_QP = inverse(fixed.component.X_PC)
             for number, pose in enumerate(poses):
@@ -57,6 +57,24 @@ def deepest_overlap(motion: FloatArray, active: Sequence[Body], passive: Sequenc
                         share=number / max(len(poses) - 1, 1),
                     )
     return worst
+
+
+def swept_over(motion: FloatArray, active: Sequence[Body], passive: Sequence[Body]) -> list[Body]:
+    """The passive components that the active ones come near enough to overlap: the others have no say in the deepest overlap."""
+    poses = np.array(sampled(motion, _POSES))
+    near = []
+    swept = [_extents(poses @ moved.component.X_PC, moved.solid) for moved in active]
+    for fixed in passive:
+        (low,), (high,) = _extents(fixed.component.X_PC[None], fixed.solid)
+        if any(((a < high) & (b > low)).all(axis=1).any() for a, b in swept):
+            near.append(fixed)
+    return near
+
+
+def _extents(X: FloatArray, mesh: Mesh) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper corners (k, 3) of the mesh's bounding boxes at poses (k, 4, 4)."""
+    points = mesh.vertices_mm @ np.swapaxes(X[:, :3, :3], 1, 2) + X[:, None, :3, 3]  # (k, n, 3)
+    return points.min(axis=1), points.max(axis=1)
 
 
 def _surface_points(mesh: Mesh) -> FloatArray:

@@ -13,7 +13,7 @@ from gripwright.design.plan import Plan
 from gripwright.design.runner import Ref, Runner
 from gripwright.domain.assembly import AssemblyTask, Component, Operation
 from gripwright.domain.errors import Fault, InvalidInput, Rejection
-from gripwright.domain.gripper import Actuator, Gripper
+from gripwright.domain.gripper import Actuator, Gripper, without_handles
 from gripwright.domain.shape import Mesh
 
 _ATTEMPTS = 6
@@ -89,10 +89,16 @@ def _grippers(problem: Mapping[str, Any], runner: Runner) -> tuple[Ref, list[Ref
 
 def _cads(grippers: Sequence[Gripper], owned: Container[str], runner: Runner) -> list[Ref]:
     new = [gripper for gripper in grippers if gripper.id not in owned]
-    made = runner.map("fingers", [{"gripper": _ref(runner.put(gripper))} for gripper in new])
+    made = runner.map("fingers", [_bearing(gripper, runner) for gripper in new])
     of_gripper = dict(zip((gripper.id for gripper in new), made, strict=True))
     nothing = runner.put(None)
     return [of_gripper.get(gripper.id, nothing) for gripper in grippers]
+
+
+def _bearing(gripper: Gripper, runner: Runner) -> dict[str, Any]:
+    """What fingers depend on: the gripper, and of all that it handles the greatest force."""
+    needed = max((handle.hold.required_force_N for handle in gripper.handles), default=0.0)
+    return {"gripper": _ref(runner.put(without_handles(gripper))), "required_force": needed}
 
 
 def _owned(actuators: Sequence[Actuator], plan: Plan, runner: Runner) -> Ref:

@@ -64,12 +64,12 @@ def narrow_bore(requirement: GripRequirement, segment: int, fingers: int, least_
 
 
 def held_at(requirement: GripRequirement, segment: int) -> str:
-    """Where a requirement holds: "held on Ø24.0 mm (segment 2),"."""
+    """Where a requirement holds: "gripped on Ø24.0 mm (segment 2),"."""
     size = f"{requirement.opening_width_mm:.1f} mm"
     if requirement.grip == INTERNAL:
-        return f"held from inside Ø{size} (segment {segment}),"
+        return f"gripped from inside Ø{size} (segment {segment}),"
     on = f"on Ø{size}" if isinstance(requirement.primitive, Cylinder) else f"across {size}"
-    return f"held {on} (segment {segment}),"
+    return f"gripped {on} (segment {segment}),"
 
 
 def _what(closest: Closest, held: str, scene: OperationScene) -> str:
@@ -106,7 +106,8 @@ def _collision(closest: Closest, held: str) -> str:
     if part == "the palm":
         part = f"the palm (radius {closest.palm_radius_mm:.0f} mm), even behind fingers of {LENGTH_LIMIT_MM:.0f} mm,"
     if shortage.intrusion is not None and shortage.intrusion.whole and shortage.side in _WHOLE:
-        return f"{part} would enter {body} by {mm(-shortage.found)}, its whole {_WHOLE[shortage.side]},"
+        size_mm = min(-shortage.found, shortage.intrusion.size_mm)
+        return f"{part} would run into {body} with its whole {_WHOLE[shortage.side]} of {mm(size_mm)},"
     required = f" ({mm(shortage.limit)} of clearance is required)" if shortage.limit > 0.0 else ""
     if shortage.found > _TOUCHING_MM:
         return f"{part} would come within {mm(shortage.found)} of {body}{required} with its {shortage.side},"

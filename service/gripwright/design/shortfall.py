@@ -47,18 +47,22 @@ def without_grasp(verdict: OperationVerdict) -> str:
     judged = [(component, segment) for component, segments in verdict.components.items() for segment in segments]
     failed = [(component, segment, segment.rejection) for component, segment in judged if segment.rejection is not None]
     if not failed:
-        return f"no segment of {_listed(verdict.components)} was found to hold"
+        return f"{_unheld(verdict)}: no segment was found to grip"
     closest = closest_segment(verdict)
     if closest is not None:
         planned = sum(segment.grasps_planned for _, segment in judged)
         searched = sorted({f", {segment.searched}" for _, segment in judged if segment.searched})
         among = f"that is the closest found of {planned} grasps on {_segments(len(judged))}{''.join(searched)}"
-        return f"{_listed(verdict.components)} cannot be held: {_subject(closest, verdict)}{closest.miss.sentence}; {among}"
+        return f"{_unheld(verdict)}: {_subject(closest, verdict)}{closest.miss.sentence}; {among}"
     component, segment, rejection = max(failed, key=lambda entry: (_rank(entry[2].code, _ORDER), entry[1].grasps_planned))
     return (
-        f"{_listed(verdict.components)} cannot be held: no grasp can be planned on {_segments(len(failed))}; "
+        f"{_unheld(verdict)}: no grasp can be planned on {_segments(len(failed))}; "
         f"closest came segment {segment.segment} of {component} ({rejection.code}): {rejection.detail}"
     )
+
+
+def _unheld(verdict: OperationVerdict) -> str:
+    return f"{_listed(verdict.components)} cannot be held in {verdict.operation}"
 
 
 def _subject(closest: ClosestSegment, verdict: OperationVerdict) -> str:
@@ -69,12 +73,12 @@ def _segments(count: int) -> str:
     return "its one segment" if count == 1 else f"{count} segments"
 
 
-def without_actuator(gripper_types: Iterable[str], shortfalls: Sequence[Shortfall]) -> str:
+def without_actuator(verdict: OperationVerdict, gripper_types: Iterable[str], shortfalls: Sequence[Shortfall]) -> str:
     """Why no actuator serves an operation whose component could be held."""
     if not shortfalls:
-        return f"no actuator at hand is of type {' or '.join(sorted(set(gripper_types)))}"
+        return f"{_unheld(verdict)}: no actuator at hand is of type {' or '.join(sorted(set(gripper_types)))}"
     closest = min(shortfalls, key=lambda short: (-_rank(short.code, _ACTUATOR_ORDER), short.amount, short.detail))
-    return f"its free grasps are served by no actuator; closest came ({closest.code}): {closest.detail}"
+    return f"{_unheld(verdict)}: its free grasps are served by no actuator; closest came ({closest.code}): {closest.detail}"
 
 
 def _rank(code: str, order: Sequence[str]) -> float:

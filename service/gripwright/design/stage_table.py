@@ -26,6 +26,7 @@ class Stage:
     uses: tuple[str, ...] = ()
     plan_fields: tuple[str, ...] = ()
     version: int = 1
+    remembers: bool = False  # whether it is given a `Memory` for parts of its result, as the input "memory"
 
     @property
     def function(self) -> StepFunction:
@@ -43,7 +44,7 @@ STAGES: Mapping[str, Stage] = {
         Stage(name="owned", at=_AT, uses=("hand",), plan_fields=("owned",)),
         Stage(name="prepare", at=_AT, version=2),
         Stage(name="segment", at=_AT, uses=("segmenter",), plan_fields=("seed",), version=5),
-        Stage(name="fit", at=_AT, uses=("fitter",), plan_fields=("seed",), version=4),
+        Stage(name="fit", at=_AT, uses=("fitter",), plan_fields=("seed",), version=5),
         Stage(name="keep", at=_AT),
         Stage(name="grips", at=_AT, uses=("affordance", "rule"), plan_fields=("plan", "seed"), version=2),
         Stage(
@@ -51,16 +52,18 @@ STAGES: Mapping[str, Stage] = {
             at=_AT,
             uses=("hand", "planner"),
             plan_fields=("plan", "finest_rotation", "finest_step", *_GRASPING),
-            version=5,
+            version=8,
+            remembers=True,
         ),
         Stage(
             name="select",
             at=_AT,
             uses=("optimizer", "hand"),
             plan_fields=("plan", "release_clearance", "finger_length_step", "safety_factor", "seed"),
+            version=2,
         ),
-        Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "seed"), version=2),
-        Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING),
+        Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "seed"), version=3),
+        Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=4, remembers=True),
         Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=5),
     )
 }

@@ -1,24 +1,27 @@
 """The stages as steps that can be run anywhere: from values to values. Their keys are made of what `stage_table` says of them."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from gripwright.design import catalogue, scenes
 from gripwright.design.barred import without_barred
+from gripwright.design.component_search import ComponentSearch
 from gripwright.design.gauge import Envelopes
 from gripwright.design.grasp_judge import GraspJudge, HeldComponent
 from gripwright.design.hand_check import OperationScene
-from gripwright.design.operation_class import OperationClass, PlacedComponent, classify
-from gripwright.design.overlap import deepest_overlap
+from gripwright.design.memory import Memory
+from gripwright.design.operation_class import OperationClass, PlacedComponent, beside, classify
+from gripwright.design.overlap import deepest_overlap, swept_over
 from gripwright.design.owned import owned_grippers
 from gripwright.design.plan import Plan
 from gripwright.design.result import DesignParts, DesignResult, design_result
+from gripwright.design.scene_memory import SceneMemory
 from gripwright.design.stage_table import StepFunction
 from gripwright.design.stages import affordance, fingers, rules, select, verify
-from gripwright.design.stages.constraints import SegmentSearch, search_all
 from gripwright.design.stages.fit import fit
 from gripwright.design.stages.keep import keep
 from gripwright.design.stages.prepare import PrepareSettings, prepare
@@ -28,7 +31,7 @@ from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import Component, Obstacle, Operation
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import EXTERNAL, GripRequirement, OperationVerdict, SegmentVerdict
-from gripwright.domain.gripper import Actuator, Gripper
+from gripwright.domain.gripper import Actuator, Gripper, without_handles
 from gripwright.domain.shape import Analysis, FloatArray, Mesh
 from gripwright.plugin_api import RunContext
 
@@ -113,7 +116,7 @@ def _requirements(primitives: Sequence[Any], reason: str, toolbox: Toolbox) -> t
 def _constraints(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> OperationVerdict:
     operation: Operation = inputs["operation"]
     with ctx.timed("constraints.classify"):
-        kind = classify(operation.motion, operation.fit, _marked(inputs["active"]), _marked(inputs["passive"]))
+        kind = _kind(operation, inputs)
         operation = _with_default_force(operation, kind, plan)
         warnings = _overlap_warnings(operation, inputs, plan)
     verdicts = _judged({**inputs, "operation": operation}, plan, toolbox, ctx)
@@ -129,39 +132,43 @@ def _constraints(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: R
 
 
 def _judged(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> dict[str, tuple[SegmentVerdict, ...]]:
-    """How each segment of the components that may be held fares in the operation."""
+    """How each segment of the components that may be held fares in the operation.
+
+    Where no grasp that was planned is free, one component after the other is searched more finely.
+    """
     operation: Operation = inputs["operation"]
-    envelopes = _envelopes(inputs["actuators"], inputs["owned"])
-    tasks: dict[str, list[SegmentSearch | SegmentVerdict]] = {}
-    for held in _active(inputs):
-        if held.component.id in operation.graspable:
-            scene, component = _held_scene(inputs, held, plan)
-            tasks[held.component.id] = _tasks(held, GraspJudge(component, scene, envelopes, ctx), toolbox, ctx)
-    searches = [task for found in tasks.values() for task in found if isinstance(task, SegmentSearch)]
-
-    def progress(number: int) -> None:
-        ctx.progress((number + 1) / len(searches), f"{operation.id}: {', '.join(tasks)}")
-
-    finest = np.repeat([np.radians(plan.finest_rotation), plan.finest_step], 2)
-    searched = search_all(searches, finest, progress)
-    return {
-        component: tuple(task.verdict(searched) if isinstance(task, SegmentSearch) else task for task in found)
-        for component, found in tasks.items()
+    searches = {
+        held.component.id: _search(inputs, held, plan, toolbox, ctx)
+        for held in _active(inputs)
+        if held.component.id in operation.graspable
     }
+    verdicts = {component: search.planned() for component, search in searches.items()}
+    finest = np.repeat([np.radians(plan.finest_rotation), plan.finest_step], 2)
+    for component, search in searches.items():
+        if not any(verdict.free for found in verdicts.values() for verdict in found):
+            verdicts[component] = search.between(finest)
+    return verdicts
 
 
-def _tasks(held: Participant, judge: GraspJudge, toolbox: Toolbox, ctx: RunContext) -> list[SegmentSearch | SegmentVerdict]:
-    """A search for each segment that some gripper is asked for, the verdict on every other one."""
+def _search(inputs: Mapping[str, Any], held: Participant, plan: Plan, toolbox: Toolbox, ctx: RunContext) -> ComponentSearch:
     assert held.analysis is not None
     assert held.grips is not None
-    tasks: list[SegmentSearch | SegmentVerdict] = []
-    for item in held.analysis.segments:
-        number, needs = item.segment.id, held.grips.segments[item.segment.id]
-        if isinstance(needs, Rejection):
-            tasks.append(SegmentVerdict(segment=number, requirement=None, grasps_planned=0, free=(), rejection=needs))
-        else:
-            tasks.append(SegmentSearch(item, needs, judge, toolbox, ctx))
-    return tasks
+    scene, component = _held_scene(inputs, held, plan)
+    return ComponentSearch(
+        judge=GraspJudge(component, scene, _envelopes(inputs["actuators"], inputs["owned"]), ctx),
+        asked=[(item, held.grips.segments[item.segment.id]) for item in held.analysis.segments],
+        known=SceneMemory(inputs["memory"], scene),
+        grippers=(inputs["actuators"], inputs["owned"]),
+        toolbox=toolbox,
+        ctx=ctx,
+    )
+
+
+def _kind(operation: Operation, inputs: Mapping[str, Any]) -> OperationClass:
+    active, passive = _marked(inputs["active"]), _marked(inputs["passive"])
+    made_from = (operation.motion, operation.fit, active, beside(operation.motion, active, passive), not passive)
+    memory: Memory = inputs["memory"]
+    return memory.part("kind", made_from, lambda: classify(operation.motion, operation.fit, active, passive))
 
 
 def _marked(items: Sequence[Mapping[str, Any]]) -> list[PlacedComponent]:
@@ -184,7 +191,12 @@ def _with_default_force(operation: Operation, kind: OperationClass, plan: Plan) 
 
 
 def _overlap_warnings(operation: Operation, inputs: Mapping[str, Any], plan: Plan) -> tuple[str, ...]:
-    found = deepest_overlap(operation.motion, _bodies(inputs["active"]), _bodies(inputs["passive"]))
+    active, passive = _bodies(inputs["active"]), _bodies(inputs["passive"])
+    near = swept_over(operation.motion, active, passive)
+    memory: Memory = inputs["memory"]
+    (found,) = memory.part(
+        "overlap", (operation.motion, active, near), lambda: (deepest_overlap(operation.motion, active, near),)
+    )
     if found is None or found.depth_mm <= plan.contact_tolerance or operation.fit == "press":
         return ()
     return (f"{operation.id}: {found}; its grasps are judged all the same",)
@@ -243,6 +255,7 @@ def _fingers(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCo
         [],
         diameter,
         length,
+        inputs["required_force"],
         plan.safety_factor,
         ctx,
     )
@@ -258,12 +271,12 @@ def _verify(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCon
             continue
         held = next(item for item in _active(operation) if item.component.id == handle.component)
         scene, component = _held_scene(operation, held, plan)
-        hand = toolbox.hands[gripper.gripper_type]
-        reports.append(
-            verify.verify_owned(gripper, handle, hand, scene, component.solid, ctx)
-            if cad is None
-            else verify.verify_handle(gripper, handle, cad.finger.mesh, cad.body, hand, scene, component.solid, ctx)
-        )
+        hand, alone = toolbox.hands[gripper.gripper_type], without_handles(gripper)
+        shapes = () if cad is None else (cad.finger.mesh, cad.body)
+        check: Callable[..., verify.HandleReport] = verify.verify_handle if shapes else verify.verify_owned
+        finds = partial(check, alone, handle, *shapes, hand, scene, component.solid, ctx)
+        made_from = (alone, handle, shapes, component.solid)
+        reports.append(SceneMemory(inputs["memory"], scene).answer("handle", made_from, finds))
         ctx.progress(len(reports) / len(gripper.handles), f"{gripper.id}: {handle.operation}")
     return tuple(reports)
 

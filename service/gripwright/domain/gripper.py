@@ -1,6 +1,6 @@
 """Actuators, gripper parameters and the gripper set."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from gripwright.domain.grasp import EXTERNAL, INTERNAL, Grasp, GraspConstraint, Hold
 from gripwright.domain.shape import FloatArray, Mesh
@@ -94,6 +94,11 @@ class Gripper:
     jaw_offset_mm: float
     envelope_mm: float  # radius of the palm envelope that the constraints assumed
     handles: tuple[Handle, ...]
+
+
+def without_handles(gripper: Gripper) -> Gripper:
+    """The gripper itself, whatever it handles."""
+    return replace(gripper, handles=())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,8 +3,9 @@
 FCL takes meshes as surfaces: a solid wholly inside a mesh is "free". Whoever needs an answer about solids asks `inside` too.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import fcl
@@ -13,9 +14,13 @@ from numba import njit
 from scipy.spatial import ConvexHull
 
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray, Mesh
+from gripwright.geometry.rooms import Rooms, rooms
 from gripwright.geometry.solids import is_box
+from gripwright.geometry.triangle_blocks import TriangleBlocks
+from gripwright.geometry.withdrawal import Passage, Shrinking
 
 _REQUEST = fcl.CollisionRequest()
+_ROUNDING_MM = 1e-3  # more than FCL's distances are off
 
 
 class ConvexShape:
@@ -73,6 +78,11 @@ class MeshSurface:
         model.endModel()
         return model
 
+    @cached_property
+    def blocks(self) -> TriangleBlocks:
+        """The triangles in blocks, for solids that shrink."""
+        return TriangleBlocks(self.mesh)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlacedSurface:
@@ -83,19 +93,48 @@ class PlacedSurface:
     X: FloatArray  # (4, 4)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Watch:
+    """The boxes that a scene is asked about: only bodies whose bounding boxes meet one of them have a say in the answer."""
+
+    scene: "Scene"
+    low: list[FloatArray] = field(default_factory=list)  # each (n, 3)
+    high: list[FloatArray] = field(default_factory=list)
+
+    def add(self, low: FloatArray, high: FloatArray) -> None:
+        """Note closed boxes (n, 3) or one (3,)."""
+        self.low.append(low)
+        self.high.append(high)
+
+    def rooms(self) -> Rooms:
+        """How far each body might have grown without a say in any answer."""
+        low, high = (np.concatenate([np.empty((0, 3)), *map(np.atleast_2d, ends)]) for ends in (self.low, self.high))
+        return rooms(low, high, self.scene.low, self.scene.high)
+
+
 class Scene:
-    """Named meshes at fixed poses of one frame."""
+    """Named meshes at fixed poses of one frame. Every question goes by bounding boxes first, and these can be watched."""
 
     def __init__(self, surfaces: Sequence[PlacedSurface]) -> None:
         self.names = tuple(item.name for item in surfaces)
-        self._items = tuple(surfaces)
-        self._objects = _PlacedObjects(self._items)
+        self.items = tuple(surfaces)
+        self._objects = _PlacedObjects(self.items)
         corners = [item.surface.mesh.vertices_mm @ item.X[:3, :3].T + item.X[:3, 3] for item in surfaces]
         self.low = np.array([points.min(axis=0) for points in corners]).reshape(-1, 3)  # (s, 3)
         self.high = np.array([points.max(axis=0) for points in corners]).reshape(-1, 3)
+        self._watch: Watch | None = None
+
+    @contextmanager
+    def watched(self) -> Iterator[Watch]:
+        """What is asked meanwhile."""
+        self._watch = Watch(scene=self)
+        try:
+            yield self._watch
+        finally:
+            self._watch = None
 
     def __len__(self) -> int:
-        return len(self._items)
+        return len(self.items)
 
     def _near(self, shape: ConvexShape, X: FloatArray, reach: float) -> list[int]:
         return self._near_box(shape.centre, shape.half, X, reach)
@@ -104,18 +143,13 @@ class Scene:
         """Indices of meshes whose bounding boxes come within `reach` of a box placed at X."""
         centre = X[:3, :3] @ centre + X[:3, 3]
         half = np.abs(X[:3, :3]) @ half + reach
-        return np.flatnonzero(((self.low <= centre + half) & (self.high >= centre - half)).all(axis=1)).tolist()
+        return np.flatnonzero(self._meet(centre - half, centre + half)).tolist()
 
-    def first_hit(self, shape: ConvexShape, X: FloatArray) -> str | None:
-        """Name of a mesh whose surface the solid touches at pose X of the scene's frame, or None."""
-        near = self._near(shape, X, 0.0)
-        if not near:
-            return None
-        solid = shape.placed(X)
-        for i in near:
-            if fcl.collide(solid, self._objects[i], _REQUEST, fcl.CollisionResult()):
-                return self.names[i]
-        return None
+    def _meet(self, low: FloatArray, high: FloatArray) -> BoolArray:
+        """Which bounding boxes meet a closed box, (s,)."""
+        if self._watch is not None:
+            self._watch.add(low, high)
+        return np.asarray(((self.low <= high) & (self.high >= low)).all(axis=1))
 
     def first_hits(self, shape: ConvexShape, X: FloatArray) -> IntArray:
         """For each pose (n, 4, 4) of the solid the index in `names` of a mesh whose surface it touches, or −1, (n,)."""
@@ -124,10 +158,13 @@ class Scene:
             return found
         centre = X[:, :3, :3] @ shape.centre + X[:, :3, 3]  # (n, 3)
         half = np.abs(X[:, :3, :3]) @ shape.half
+        low, high = centre - half, centre + half
+        if self._watch is not None:
+            self._watch.add(low, high)
         near = np.ones((len(X), len(self)), dtype=bool)
         for k in range(3):  # one axis at a time: no (n, s, 3) array
-            near &= self.low[:, k] <= (centre + half)[:, k, None]
-            near &= self.high[:, k] >= (centre - half)[:, k, None]
+            near &= self.low[:, k] <= high[:, k, None]
+            near &= self.high[:, k] >= low[:, k, None]
         solid, rows = shape.placed(np.eye(4)), np.flatnonzero(near.any(axis=1))
         origins = X[rows, :3, 3] if shape.offset is None else X[rows, :3, :3] @ shape.offset + X[rows, :3, 3]
         for row, rotation, origin in zip(rows.tolist(), X[rows, :3, :3], origins, strict=True):
@@ -138,11 +175,25 @@ class Scene:
                     break
         return found
 
+    def last_touch(self, solid: Shrinking, passage: Passage, start_mm: float, end_mm: float) -> tuple[float, str | None]:
+        """The greatest s within [start, end] at which a solid, on its passage, touches a surface, and its name; −inf: none."""
+        best, name = -np.inf, None
+        low, high = passage.box(solid.centre, solid.half)
+        near = self._meet(low, high)
+        for i in np.flatnonzero(near).tolist():
+            item = self.items[i]
+            found = item.surface.blocks.last_touch_mm(solid, passage, item.X, max(best, start_mm), end_mm)
+            if found > best:
+                best, name = found, item.name
+            if best >= end_mm:
+                break
+        return best, name
+
     def touched(self, shape: ConvexShape, X: FloatArray) -> list[PlacedSurface]:
         """All meshes whose surface the solid touches at pose X of the scene's frame."""
         near = self._near(shape, X, 0.0)
         solid = shape.placed(X)
-        return [self._items[i] for i in near if fcl.collide(solid, self._objects[i], _REQUEST, fcl.CollisionResult())]
+        return [self.items[i] for i in near if fcl.collide(solid, self._objects[i], _REQUEST, fcl.CollisionResult())]
 
     def distance(self, shape: ConvexShape, X: FloatArray, limit: float = np.inf) -> tuple[float, str | None]:
         """Least distance of the solid to any surface and that mesh's name; 0 where they touch; `limit`, None beyond it."""
@@ -167,26 +218,36 @@ class Scene:
     def surface_distance(self, surface: MeshSurface, X: FloatArray, limit: float) -> float:
         """Least distance between the surface at pose X and any mesh, at most `limit`; 0 where they cross."""
         body = fcl.CollisionObject(surface.geometry, fcl.Transform(X[:3, :3], X[:3, 3]))
+        centre = X[:3, :3] @ surface.bounds[0] + X[:3, 3]
+        half = np.abs(X[:3, :3]) @ surface.bounds[1]
+        apart = np.maximum(self.low - (centre + half), (centre - half) - self.high).max(axis=1, initial=-np.inf)  # (s,)
         best = limit
-        for i in self._near_box(*surface.bounds, X, limit if np.isfinite(limit) else 1e9):
+        for i in np.argsort(apart, kind="stable").tolist():
+            if apart[i] > best:
+                break
             if fcl.collide(body, self._objects[i], _REQUEST, fcl.CollisionResult()):
-                return 0.0
+                best = 0.0
+                break
             best = min(best, float(fcl.distance(body, self._objects[i], fcl.DistanceRequest(), fcl.DistanceResult())))
+        self._meet(centre - half - best - _ROUNDING_MM, centre + half + best + _ROUNDING_MM)  # the others have no say
         return best
 
     def inside(self, point: FloatArray) -> str | None:
         """Name of a mesh that has the point (of the scene's frame) inside, by its winding number, or None."""
-        return next((item.name for i, item in enumerate(self._items) if self._within(i, point[None])[0]), None)
+        near = np.flatnonzero(self._meet(point, point)).tolist()
+        return next((self.items[i].name for i in near if self._within(i, point[None])[0]), None)
 
     def holds(self, points: FloatArray) -> BoolArray:
         """Which of the points (n, 3) some mesh has inside, (n,)."""
+        if self._watch is not None:
+            self._watch.add(points, points)
         found = np.zeros(len(points), dtype=bool)
         for i in range(len(self)):
             found |= self._within(i, points)
         return found
 
     def _within(self, i: int, points: FloatArray) -> BoolArray:
-        item, near = self._items[i], np.asarray(((self.low[i] <= points) & (points <= self.high[i])).all(axis=1))
+        item, near = self.items[i], np.asarray(((self.low[i] <= points) & (points <= self.high[i])).all(axis=1))
         local = (points[near] - item.X[:3, 3]) @ item.X[:3, :3]
         near[near] = np.abs(winding_numbers(item.surface.mesh, local)) > 0.5
         return near

@@ -23,9 +23,12 @@ def prism_vertices(radius: float, z_low: float, z_high: float, sides: int = 16) 
     return np.concatenate([np.column_stack([ring, np.full(sides, z)]) for z in (z_low, z_high)])
 
 
-def dilated(vertices: FloatArray, margin: float) -> FloatArray:
-    """Points whose hull holds every point within `margin` of the hull of `vertices` (Minkowski sum with a cube)."""
-    if margin == 0.0:
+def dilated(vertices: FloatArray, margin: float | FloatArray) -> FloatArray:
+    """Points whose hull holds every point within `margin` of the hull of `vertices` (Minkowski sum with a cube).
+
+    Three margins are those along x, y and z: the cube is a cuboid then.
+    """
+    if not np.any(margin):
         return vertices
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     if is_box(vertices):

@@ -10,7 +10,12 @@ from gripwright.domain.shape import Mesh
 from gripwright.geometry.clipping import corners_within, near_box
 from gripwright.geometry.collision import winding_numbers
 from gripwright.geometry.facets import coplanar_patches
+from gripwright.geometry.polytope import Polytope
+from gripwright.geometry.raster import first_seen
 from gripwright.geometry.refine import refine
+from gripwright.geometry.rooms import rooms
+from gripwright.geometry.triangle_blocks import TriangleBlocks
+from gripwright.geometry.withdrawal import standing, withdrawn
 from gripwright.jobs.installed import installed_registry
 from gripwright.jobs.steps import STAGES_AT, load_stages
 from gripwright.settings import load_settings
@@ -26,7 +31,11 @@ def _rehearse() -> None:
     )
     coplanar_patches(tetrahedron, np.arange(4))
     refine(tetrahedron, 1.0)
+    first_seen(tetrahedron.triangles_mm, 2, 2)
+    rooms(*np.zeros((4, 1, 3)))
     near_box(tetrahedron.vertices_mm, np.ones(4), np.eye(4), np.zeros(3), np.ones(3))
+    whole = withdrawn(Polytope(tetrahedron.vertices_mm).faces, np.array([0.0, 0.0, -1.0]), 1.0)
+    TriangleBlocks(tetrahedron).last_touch_mm(whole, standing(np.eye(4)), np.eye(4), 0.0, 1.0)
     corners_within(tetrahedron.triangles_mm, np.eye(3), np.ones(3))
     winding_numbers(tetrahedron, np.zeros((1, 3)))
 

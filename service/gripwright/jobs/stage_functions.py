@@ -20,7 +20,7 @@ from gripwright.report.folder import design_folder
 def export(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> dict[str, bytes]:
     """The files of the design folder by their paths."""
     del plan, ctx
-    return design_folder(inputs["result"], toolbox.hands)
+    return design_folder(inputs["result"], toolbox.hands, inputs["memory"])
 
 
 def describe_analysis(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> dict[str, Any]:

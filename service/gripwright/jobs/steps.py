@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
+from gripwright.design.memory import Memory
 from gripwright.design.plan import Plan
 from gripwright.design.records import OwnTypes, RecordTypes, dumps, loads, record_types
 from gripwright.design.runner import Ref
@@ -109,10 +110,18 @@ def resolve_plan(workshop: Workshop, plan: Plan) -> tuple[Plan, dict[str, Plugin
 def step_call(stage: "Stage", inputs: Mapping[str, Any], plan: Plan, versions: Versions) -> StepCall:
     """The call with its key: the hash of the stage and its version, the inputs, and all of the plan that the stage may see."""
     used = {name: version for name, version in versions.items() if _uses(stage, name, inputs)}
-    fields = plan.model_dump(mode="json", include=set(stage.plan_fields))
-    identity = [stage.name, stage.version, dict(inputs), fields, list(used.items())]
-    key = hashlib.sha256(json.dumps(identity, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+    key = _hash([*_scope(stage, plan, used), dict(inputs)])
     return StepCall(stage=stage.name, inputs=dict(inputs), plan=plan.model_dump(mode="json"), versions=used, key=key)
+
+
+def _scope(stage: "Stage", plan: Plan, used: Versions) -> list[Any]:
+    """All that a step's result depends on besides its inputs, as JSON."""
+    fields = plan.model_dump(mode="json", include=set(stage.plan_fields))
+    return [stage.name, stage.version, fields, list(used.items())]
+
+
+def _hash(identity: list[Any]) -> str:
+    return hashlib.sha256(json.dumps(identity, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
 
 def _uses(stage: "Stage", plugin: str, inputs: Mapping[str, Any]) -> bool:
@@ -183,6 +192,8 @@ def _compute(argument: dict[str, Any], progress: Progress) -> None:
     stage = load_stages(argument["stages_at"])[call["stage"]]
     types = record_types(toolbox.record_classes)
     inputs = _with_values(call["inputs"], cache(lambda ref: _stored(store, ref, types)))
+    if stage.remembers:
+        inputs["memory"] = Memory(_hash(_scope(stage, plan, call["versions"])), _Parts(store, types))
     seen = {field: getattr(plan, name) for name, field in _CONTEXT_FIELDS.items() if name in stage.plan_fields}
     try:
         value = stage.function(inputs, _declared(plan, stage), toolbox, RunContext(progress=progress, **seen))
@@ -195,6 +206,20 @@ def _compute(argument: dict[str, Any], progress: Progress) -> None:
         log.exception("the plug-in %s failed in the stage %s", plugin, call["stage"])
         raise PluginFailure(f"{plugin} raised {type(error).__name__}: {error}", stage=call["stage"], plugin=plugin) from error
     store.save(call["key"], dumps(value))
+
+
+class _Parts:
+    """Parts of results, kept as results are."""
+
+    def __init__(self, store: StepStore, types: RecordTypes) -> None:
+        self._store, self._types = store, types
+
+    def find(self, key: str) -> Any | None:
+        data = self._store.find(key)
+        return None if data is None else loads(data, self._types)
+
+    def save(self, key: str, part: Any) -> None:
+        self._store.save(key, dumps(part))
 
 
 def _registry(allow: Sequence[str] | None) -> Registry:

@@ -6,41 +6,49 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from gripwright.cad.colour import component_glb, segment_colours, value_colours
-from gripwright.cad.export import step_bytes, stl_bytes, threemf_bytes
 from gripwright.cad.glb import GlbPart, glb_bytes
 from gripwright.design.gripper_assembly import gripper_parts
+from gripwright.design.memory import Memory
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.bom import bom_csv
 from gripwright.design.stages.fingers import GripperCad
-from gripwright.domain.gripper import Gripper
+from gripwright.domain.gripper import Gripper, without_handles
 from gripwright.domain.shape import Analysis
 from gripwright.geometry.shape_diameter import shape_diameters_mm
 from gripwright.plugin_api import HandModel
-from gripwright.report.drawing import finger_drawing
 from gripwright.report.page import report_page
 from gripwright.report.tool_data import gripper_urdf, tool_json
+from gripwright.report.views import design_views
 from gripwright.report.workbook import bom_workbook
 
 _RAYS, _CONE_RAD = 30, float(np.radians(120.0))
 
 
-def design_folder(result: DesignResult, hands: Mapping[str, HandModel]) -> dict[str, bytes]:
+def design_folder(result: DesignResult, hands: Mapping[str, HandModel], memory: Memory) -> dict[str, bytes]:
     """Every file of the folder; the same result gives the same bytes."""
     files: dict[str, bytes] = {
         "design.json": json.dumps(result.document, indent=1, allow_nan=False, ensure_ascii=False).encode(),
         "bom.csv": bom_csv(result.bom).encode(),
         "bom.xlsx": bom_workbook([row.to_dict() for row in result.bom]),
-        "report.html": report_page(result, hands).encode(),
+        "report.html": report_page(result, design_views(result, hands, memory)).encode(),
     }
     for gripper, cad in zip(result.grippers, result.cads, strict=True):
         if isinstance(cad, GripperCad):
-            made = _gripper_files(gripper, cad, result, hands[gripper.gripper_type])
+            made = _gripper_files(without_handles(gripper), cad, result, hands[gripper.gripper_type], memory)
             files |= {f"grippers/{gripper.id}/{name}": data for name, data in made.items()}
-    return files | dict(_component_files(result))
+    return files | dict(_component_files(result, memory))
 
 
-def _gripper_files(gripper: Gripper, cad: GripperCad, result: DesignResult, hand: HandModel) -> dict[str, bytes]:
+def _gripper_files(gripper: Gripper, cad: GripperCad, result: DesignResult, hand: HandModel, memory: Memory) -> dict[str, bytes]:
     name = f"{result.task.part_number}-{result.task.revision}-{gripper.id}-finger"
+    return memory.part("gripper", (gripper, cad, name), lambda: _files_of(gripper, cad, name, hand))
+
+
+def _files_of(gripper: Gripper, cad: GripperCad, name: str, hand: HandModel) -> dict[str, bytes]:
+    """The files of a gripper, whatever it handles, by their names."""
+    from gripwright.cad.export import step_bytes, stl_bytes, threemf_bytes  # with the CAD kernel, which takes most of a second
+    from gripwright.report.drawing import finger_drawing
+
     parts = gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, gripper.opening_max_mm)
     return {
         "finger.step": step_bytes(cad.finger.brep, name=name, part_number=name, description=f"finger of gripper {gripper.id}"),
@@ -55,20 +63,25 @@ def _gripper_files(gripper: Gripper, cad: GripperCad, result: DesignResult, hand
     }
 
 
-def _component_files(result: DesignResult) -> Iterator[tuple[str, bytes]]:
+def _component_files(result: DesignResult, memory: Memory) -> Iterator[tuple[str, bytes]]:
     """Each component coloured by segment and by shape diameter; what components share is made once."""
     made: dict[int, tuple[bytes, bytes]] = {}
     for component, analysis in zip(result.task.components, result.analyses, strict=True):
         if id(analysis) not in made:
-            made[id(analysis)] = _coloured(component.id, analysis)
+            made[id(analysis)] = _coloured(component.id, analysis, memory)
         by_segment, by_diameter = made[id(analysis)]
         yield f"components/{component.id}.segment.glb", by_segment
         yield f"components/{component.id}.sdf.glb", by_diameter
 
 
-def _coloured(name: str, analysis: Analysis) -> tuple[bytes, bytes]:
-    diameters = shape_diameters_mm(analysis.mesh, _RAYS, _CONE_RAD) if analysis.sdf is None else analysis.sdf
-    return (
-        component_glb(name, analysis.mesh, segment_colours(analysis.face_labels)),
-        component_glb(name, analysis.mesh, value_colours(diameters)),
-    )
+def _coloured(name: str, analysis: Analysis, memory: Memory) -> tuple[bytes, bytes]:
+    labels = analysis.face_labels
+
+    def made() -> tuple[bytes, bytes]:
+        diameters = shape_diameters_mm(analysis.mesh, _RAYS, _CONE_RAD) if analysis.sdf is None else analysis.sdf
+        return (
+            component_glb(name, analysis.mesh, segment_colours(labels)),
+            component_glb(name, analysis.mesh, value_colours(diameters)),
+        )
+
+    return memory.part("component", (name, analysis.mesh, labels, analysis.sdf), made)

@@ -11,8 +11,7 @@ from gripwright.cad.colour import segment_colours
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.errors import Rejection
-from gripwright.plugin_api import HandModel
-from gripwright.report.views import Views, design_views
+from gripwright.report.views import Views
 
 _STYLE = """
 :root{color-scheme:light;--line:#d5d9de;--ink:#1c2733;--soft:#5b6875;--good:#00664a;--bad:#a33a00}
@@ -35,9 +34,9 @@ figcaption{padding:.4rem .7rem;font-size:.85rem;color:var(--soft);border-top:1px
 """
 
 
-def report_page(result: DesignResult, hands: Mapping[str, HandModel]) -> str:
+def report_page(result: DesignResult, views: Views) -> str:
     """The page as HTML text, pictures included."""
-    document, views = result.document, design_views(result, hands)
+    document = result.document
     title = f"{document['product']['name'] or document['product']['part_number']} · revision {document['product']['revision']}"
     body = "".join(
         [
@@ -78,9 +77,9 @@ def _grippers(result: DesignResult, views: Views) -> str:
     for gripper, cad, entry in zip(result.grippers, result.cads, result.document["grippers"], strict=True):
         actuator = entry["actuator"]
         text = (
-            f"<strong>{entry['id']}</strong> · {escape(entry['gripper_type'])} · opens {entry['opening_min']:g} to "
-            f"{entry['opening_max']:g} mm · fingers {entry['finger_length']:g} mm<br>{escape(actuator['maker'])} "
-            f"{escape(actuator['model'])}, stroke {actuator['stroke']:g} mm, jaw offset {actuator['jaw_offset']:g} mm"
+            f"<strong>{entry['id']}</strong> · {escape(entry['gripper_type'])} · opens {entry['opening_min']:.4g} to "
+            f"{entry['opening_max']:.4g} mm · fingers {entry['finger_length']:g} mm<br>{escape(actuator['maker'])} "
+            f"{escape(actuator['model'])}, stroke {actuator['stroke']:g} mm, jaw offset {actuator['jaw_offset']:.4g} mm"
         )
         if isinstance(cad, Rejection):
             cards.append(f'<p>{text}<br><span class="no">{escape(cad.detail)}</span></p>')

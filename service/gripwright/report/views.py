@@ -1,6 +1,6 @@
 """What the report shows: a component by its segments, a gripper, a gripper at its grasp."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -9,12 +9,13 @@ import numpy as np
 
 from gripwright.cad.colour import segment_colours
 from gripwright.design.gripper_assembly import gripper_parts
+from gripwright.design.memory import Memory
 from gripwright.design.motion import pose_at
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.assembly import Operation
-from gripwright.domain.gripper import Gripper, Handle
-from gripwright.domain.shape import Analysis, FloatArray
+from gripwright.domain.gripper import Gripper, Handle, without_handles
+from gripwright.domain.shape import FloatArray, IntArray, Mesh
 from gripwright.geometry.rays import thread_pool
 from gripwright.geometry.solids import hull_mesh
 from gripwright.plugin_api import HandModel
@@ -38,60 +39,101 @@ class Views:
     misses: Mapping[str, bytes]  # by operation, of those without any free grasp
 
 
-def design_views(result: DesignResult, hands: Mapping[str, HandModel]) -> Views:
-    """All pictures, drawn on all cores; components of one analysis share one."""
-    made = [(gripper, cad) for gripper, cad in zip(result.grippers, result.cads, strict=True) if isinstance(cad, GripperCad)]
-    analyses = {id(analysis): analysis for analysis in result.analyses}
-    drawings: list[Callable[[], bytes]] = [partial(component_view, analysis) for analysis in analyses.values()]
-    drawings += [partial(gripper_view, gripper, cad, hands[gripper.gripper_type]) for gripper, cad in made]
-    held = [(gripper, handle, cad) for gripper, cad in made for handle in gripper.handles]
-    drawings += [partial(handle_view, result, gripper, handle, cad, hands[gripper.gripper_type]) for gripper, handle, cad in held]
-    missed = [entry for entry in result.document["operations"] if (entry["nearest_miss"] or {}).get("grasp_pose")]
-    drawings += [partial(miss_view, result, entry["id"], entry["nearest_miss"], hands) for entry in missed]
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Drawing:
+    """A picture to be drawn of `made_from` and nothing else but the hands."""
+
+    name: str
+    made_from: tuple[Any, ...]
+    draw: Callable[..., bytes]
+
+
+def design_views(result: DesignResult, hands: Mapping[str, HandModel], memory: Memory) -> Views:
+    """All pictures; what is not remembered is drawn, on all cores. Components of one analysis share one."""
+    made = [
+        (without_handles(gripper), gripper.handles, cad)
+        for gripper, cad in zip(result.grippers, result.cads, strict=True)
+        if isinstance(cad, GripperCad)
+    ]
+    drawings: dict[tuple[str, str | int], _Drawing] = {
+        ("component", id(analysis)): _Drawing(
+            name="component", made_from=(analysis.mesh, analysis.face_labels), draw=component_view
+        )
+        for analysis in result.analyses
+    }
+    for gripper, handles, cad in made:
+        draw = partial(gripper_view, hand=hands[gripper.gripper_type], memory=memory)
+        drawings["gripper", gripper.id] = _Drawing(name="gripper", made_from=(gripper, cad), draw=draw)
+        for handle in handles:
+            draw = partial(handle_view, hand=hands[gripper.gripper_type], memory=memory)
+            made_from = (gripper, cad, handle.opening_width_mm, *_at_the_end(result, handle))
+            drawings["handle", handle.operation] = _Drawing(name="handle", made_from=made_from, draw=draw)
+    for entry in result.document["operations"]:
+        if (entry["nearest_miss"] or {}).get("grasp_pose"):
+            missed = (entry["nearest_miss"], *_at_the_miss(result, entry["id"], entry["nearest_miss"]))
+            drawings["miss", entry["id"]] = _Drawing(name="miss", made_from=missed, draw=partial(miss_view, hands=hands))
+
+    def drawn(drawing: _Drawing) -> bytes:
+        return memory.part(drawing.name, drawing.made_from, lambda: drawing.draw(*drawing.made_from))
+
     with thread_pool() as pool:
-        pictures = list(pool.map(lambda draw: draw(), drawings))
-    first, second = len(analyses), len(analyses) + len(made)
-    third = second + len(held)
-    of_analysis = dict(zip(analyses, pictures[:first], strict=True))
+        pictures = dict(zip(drawings, pool.map(drawn, drawings.values()), strict=True))
     return Views(
-        components=tuple(of_analysis[id(analysis)] for analysis in result.analyses),
-        grippers=dict(zip((gripper.id for gripper, _ in made), pictures[first:second], strict=True)),
-        handles=dict(zip((handle.operation for _, handle, _ in held), pictures[second:third], strict=True)),
-        misses=dict(zip((entry["id"] for entry in missed), pictures[third:], strict=True)),
+        components=tuple(pictures["component", id(analysis)] for analysis in result.analyses),
+        grippers={str(name): png for (kind, name), png in pictures.items() if kind == "gripper"},
+        handles={str(name): png for (kind, name), png in pictures.items() if kind == "handle"},
+        misses={str(name): png for (kind, name), png in pictures.items() if kind == "miss"},
     )
 
 
-def component_view(analysis: Analysis) -> bytes:
+def component_view(mesh: Mesh, labels: IntArray) -> bytes:
     """The component, each segment in its colour."""
-    return picture([shown(analysis.mesh, np.eye(4), segment_colours(analysis.face_labels))], direction=_VIEW)
+    return picture([shown(mesh, np.eye(4), segment_colours(labels))], direction=_VIEW)
 
 
-def gripper_view(gripper: Gripper, cad: GripperCad, hand: HandModel) -> bytes:
+def gripper_view(gripper: Gripper, cad: GripperCad, hand: HandModel, memory: Memory) -> bytes:
     """The gripper, open, its fingers pointing down."""
     upside_down = np.diag([1.0, -1.0, -1.0, 1.0])
-    return picture(_parts(gripper, cad, hand, gripper.opening_max_mm, upside_down), direction=_VIEW)
+    return picture(_parts(gripper, cad, hand, memory, gripper.opening_max_mm, upside_down), direction=_VIEW)
 
 
-def handle_view(result: DesignResult, gripper: Gripper, handle: Handle, cad: GripperCad, hand: HandModel) -> bytes:
-    """The gripper on its component at the end of the operation, among everything that stands there."""
+def _at_the_end(result: DesignResult, handle: Handle) -> tuple[FloatArray, list[Shown], list[Shown]]:
+    """Pose of the gripper at the end of its operation, what it holds, and what stands there."""
     operation = next(item for item in result.task.operations if item.id == handle.operation)
-    held, standing = _around(result, operation, operation.motion[-1])
     X_PC = next(component.X_PC for component in result.task.components if component.id == handle.component)
-    X_PG = operation.motion[-1] @ X_PC @ handle.grasp.X_CG
-    hand_parts = _parts(gripper, cad, hand, handle.opening_width_mm, X_PG)
-    fingers = [shown(cad.finger.mesh, X_PG @ X_GF, _HELD) for X_GF in hand.finger_poses(handle.opening_width_mm)]
+    return operation.motion[-1] @ X_PC @ handle.grasp.X_CG, *_around(result, operation, operation.motion[-1])
+
+
+def handle_view(
+    gripper: Gripper,
+    cad: GripperCad,
+    opening_mm: float,
+    X_PG: FloatArray,
+    held: Sequence[Shown],
+    standing: Sequence[Shown],
+    hand: HandModel,
+    memory: Memory,
+) -> bytes:
+    """The gripper on its component at the end of the operation, among everything that stands there."""
+    hand_parts = _parts(gripper, cad, hand, memory, opening_mm, X_PG)
+    fingers = [shown(cad.finger.mesh, X_PG @ X_GF, _HELD) for X_GF in hand.finger_poses(opening_mm)]
     focus = np.concatenate([_points(item) for item in [*held, *fingers]])
     return picture([*hand_parts, *held, *standing], direction=_VIEW, focus=focus)
 
 
-def miss_view(result: DesignResult, operation_id: str, miss: Mapping[str, Any], hands: Mapping[str, HandModel]) -> bytes:
-    """The hand of the grasp that came closest, where it fails: what is in the way of what, and a ring around the place."""
+def _at_the_miss(result: DesignResult, operation_id: str, miss: Mapping[str, Any]) -> tuple[FloatArray, list[Shown], list[Shown]]:
+    """Pose of the hand where it fails, what it holds, and what stands there."""
     operation = next(item for item in result.task.operations if item.id == operation_id)
     at_start = miss["phase"] in ("taking-up", "closing")
     place = operation.motion[0 if at_start else -1] if miss["place"] is None else pose_at(operation.motion, miss["place"])
-    held, standing = _around(result, operation, place)
     X_PC = next(component.X_PC for component in result.task.components if component.id == miss["component"])
-    X_PG = place @ X_PC @ np.array(miss["grasp_pose"])
+    return place @ X_PC @ np.array(miss["grasp_pose"]), *_around(result, operation, place)
+
+
+def miss_view(
+    miss: Mapping[str, Any], X_PG: FloatArray, held: Sequence[Shown], standing: Sequence[Shown], hands: Mapping[str, HandModel]
+) -> bytes:
+    """The hand of the grasp that came closest, where it fails: what is in the way of what, and a ring around the place."""
     hand, length = hands[miss["gripper_type"]], max(miss["finger_length"], _SHORTEST_MM)
     fingers = [
         shown(hull_mesh(solid.vertices_mm), X_PG @ X_GF, _MISSED if miss["part"] == f"finger {number}" else _HAND)
@@ -121,8 +163,13 @@ def _around(result: DesignResult, operation: Operation, place: FloatArray) -> tu
     return held, standing
 
 
-def _parts(gripper: Gripper, cad: GripperCad, hand: HandModel, opening_mm: float, X: FloatArray) -> list[Shown]:
-    parts = gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, opening_mm)
+def _parts(gripper: Gripper, cad: GripperCad, hand: HandModel, memory: Memory, opening_mm: float, X: FloatArray) -> list[Shown]:
+    made_from = (gripper, cad.finger.mesh, cad.measures, cad.spec.jaw, opening_mm)
+    parts = memory.part(
+        "parts",
+        made_from,
+        lambda: gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, opening_mm),
+    )
     return [shown(part.mesh, X, part.colour) for part in parts]
 
 

@@ -84,7 +84,9 @@ class SegmentSearch:
         self._answered = requirements[0]
 
     def planned(self) -> None:
-        """Judge the grasps that the planners name."""
+        """Judge the grasps that the planners name, once."""
+        if self._searches or self._narrow:
+            return
         scene = self._judge.circumstances.scene
         for requirement in self._requirements:
             if self.free and requirement.primitive is not self._requirements[0].primitive:
@@ -201,8 +203,8 @@ class SegmentSearch:
         return Rejection(miss.code, f"{miss.detail} ({count} of {len(misses)} grasps fail so, no grasp comes further)")
 
 
-def search_all(segments: Sequence[SegmentSearch], finest: FloatArray, progress: Callable[[int], None]) -> str:
-    """Search all segments of an operation's components; to which resolution, in words ("": no segment has a grasp to go by).
+def search_between(segments: Sequence[SegmentSearch], finest: FloatArray, progress: Callable[[int], None]) -> str:
+    """Search between the planned grasps of a component; to which resolution, in words ("": no segment has a grasp to go by).
 
     `finest` is how far grasps are apart in the end: turned about x and z (rad), shifted along y and z (mm).
     """

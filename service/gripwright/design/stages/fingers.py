@@ -33,15 +33,16 @@ def design_gripper_cad(
     contact_radii_mm: Sequence[float],
     body_diameter_mm: float,
     body_length_mm: float,
+    required_force_N: float,
     safety_factor: float,
     ctx: RunContext,
 ) -> GripperCad | Rejection:
     """Fingers and body of a gripper, inside the hand and the palm envelope that the constraints assumed, or why not.
 
-    Fingers are made for the actuator's full grip force; where none can bear it, for what the handles need with the safety
-    factor, and the force to which the actuator must be regulated is stated.
+    Fingers are made for the actuator's full grip force; where none can bear it, for what the handles need (`required_force_N`)
+    with the safety factor, and the force to which the actuator must be regulated is stated.
     """
-    needed = max((handle.hold.required_force_N for handle in gripper.handles), default=0.0) * safety_factor
+    needed = required_force_N * safety_factor
     full = gripper.actuator.grip_force_N
     forces = [needed] if full is None else [full, *([needed] if needed < full else [])]
     rejections: list[Rejection] = []

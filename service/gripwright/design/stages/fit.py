@@ -52,7 +52,7 @@ def volume_ratio(primitive: Primitive, segment: Segment) -> float | None:
 def _reason(outcomes: Mapping[str, Primitive | Rejection], segment: Segment, kept: str | None) -> str:
     others = "; ".join(_says(key, outcome, segment) for key, outcome in outcomes.items() if key != kept)
     if kept is None:
-        return f"no primitive with a filled surface: {others}" if others else "no fitter was asked"
+        return f"no shape to grip was found: {others}" if others else "no fitter was asked"
     chosen = outcomes[kept]
     assert not isinstance(chosen, Rejection)
     ratio = volume_ratio(chosen, segment)
@@ -65,4 +65,4 @@ def _says(key: str, outcome: Primitive | Rejection, segment: Segment) -> str:
         return f"{key}: {outcome.detail}"
     ratio = volume_ratio(outcome, segment)
     share = "flat segment" if ratio is None else f"{ratio:.2f} of the hull's volume"
-    return f"{key}: {share}" if outcome.surface_filled else f"{key}: {share}, but its surface is empty"
+    return f"{key}: {share}" if outcome.surface_filled else f"{key}: {share}, but too little of the segment's surface lies on it"

@@ -256,7 +256,7 @@ def _optimum(solution: GripperSet, assigned: Sequence[int]) -> dict[str, Any]:
 
 def _shortfall(verdict: OperationVerdict, demand: _Demand) -> str:
     gripper_types = {held.free.grasp.gripper_type for held in free_grasps(verdict)}
-    return without_actuator(gripper_types, demand.shortfalls) if gripper_types else without_grasp(verdict)
+    return without_actuator(verdict, gripper_types, demand.shortfalls) if gripper_types else without_grasp(verdict)
 
 
 def _why_not(

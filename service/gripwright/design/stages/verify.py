@@ -10,12 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from gripwright.design.contact import Surface, contacts
+from gripwright.design.finger_lengths import palm_hit
 from gripwright.design.hand_check import HandCheck, OperationScene
+from gripwright.design.least_gap import least_gap_mm
 from gripwright.design.motion import sampled
 from gripwright.domain.errors import Rejection
 from gripwright.domain.gripper import Gripper, Handle
 from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.geometry.collision import MeshSurface
+from gripwright.geometry.frames import transform
+from gripwright.geometry.solids import box_vertices
 from gripwright.plugin_api import HandModel, RunContext
 
 _POSES = 24  # along the motion, besides start and end
@@ -72,7 +76,7 @@ def _touch(gripper: Gripper, handle: Handle, solid: Mesh, hand: HandModel, ctx: 
 def _swept(gripper: Gripper, handle: Handle, hand: HandModel, scene: OperationScene) -> list[str]:
     check = HandCheck(scene, hand)
     stems = check.seated(handle.grasp, gripper.finger_length_mm)
-    palm = check.palm_hit(handle.grasp, gripper.envelope_mm, gripper.finger_length_mm)
+    palm = palm_hit(check, handle.grasp, gripper.envelope_mm, gripper.finger_length_mm)
     faults = [] if stems is None else [stems.detail]
     return faults if palm is None else [*faults, f"the palm hits {palm} with fingers of {gripper.finger_length_mm:g} mm"]
 
@@ -107,14 +111,23 @@ class _PlacedGripper:
         return faults
 
     def gap(self, handle: Handle, scene: OperationScene) -> float | None:
-        """Least distance to the standing scene at the sampled poses, mm."""
+        """Least distance to the standing scene along the motion, mm."""
         if not len(scene.standing):
             return None
-        best = float("inf")
-        for place in sampled(scene.motion, _POSES)[::-1]:  # from the end, where things are close
-            for _, surface, X in self.parts(handle, handle.opening_width_mm, place @ scene.X_PC @ handle.grasp.X_CG):
-                best = min(best, scene.standing.surface_distance(surface, X, best))
-        return best
+        parts = self.parts(handle, handle.opening_width_mm, np.eye(4))
+        corners = np.concatenate([transform(X, _box_corners(surface)) for _, surface, X in parts])
+
+        def distance(X_PG: FloatArray, limit_mm: float) -> float:
+            for _, surface, X_GB in parts:
+                limit_mm = scene.standing.surface_distance(surface, X_PG @ X_GB, limit_mm)
+            return limit_mm
+
+        return least_gap_mm(scene.motion, scene.X_PC @ handle.grasp.X_CG, corners, distance)
+
+
+def _box_corners(surface: MeshSurface) -> FloatArray:
+    centre, half = surface.bounds
+    return box_vertices(centre - half, centre + half)
 
 
 def _corner(surface: MeshSurface, X: FloatArray) -> FloatArray:
