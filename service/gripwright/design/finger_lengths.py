@@ -33,7 +33,7 @@ def length_min(check: HandCheck, grasp: Grasp, envelopes_mm: FloatArray, tips_mm
         small, large = spans.pop()
         if large - small < 2:
             continue
-        if result[large] - result[small] <= _OFF_MM:
+        if result[large] == result[small] or result[large] - result[small] <= _OFF_MM:
             result[small + 1 : large] = result[large]
             continue
         middle = (small + large) // 2

@@ -6,45 +6,46 @@ from numba import njit
 from gripwright.domain.shape import FloatArray, IntArray
 
 
-def clip_triangles(triangles: FloatArray, normal: FloatArray, offset: float) -> FloatArray:
-    """The parts of triangles (m, 3, 3) with normal·p ≤ offset (closed), as triangles (k, 3, 3)."""
-    if not len(triangles):
-        return triangles
-    height = triangles @ normal - offset  # (m, 3) > 0: outside
-    outside = height > 0.0
-    count = outside.sum(axis=1)  # (m,)
-    pieces = [triangles[count == 0]]
-    for inside_count in (1, 2):
-        chosen = count == 3 - inside_count
-        if not chosen.any():
-            continue
-        # roll each triangle so that its odd corner (the single one on its side) comes first
-        odd = ~outside[chosen] if inside_count == 1 else outside[chosen]
-        shift = (np.argmax(odd, axis=1)[:, None] + np.arange(3)) % 3  # (k, 3)
-        rows = np.arange(len(shift))[:, None]
-        corner, h = triangles[chosen][rows, shift], height[chosen][rows, shift]  # (k, 3, 3), (k, 3)
-        share = (h[:, :1] / (h[:, :1] - h[:, 1:]))[..., None]  # (k, 2, 1)
-        cut = corner[:, :1] + share * (corner[:, 1:] - corner[:, :1])  # (k, 2, 3) on the edges from the odd corner
-        if inside_count == 1:
-            pieces.append(np.stack([corner[:, 0], cut[:, 0], cut[:, 1]], axis=1))
-        else:
-            pieces.append(np.stack([cut[:, 0], corner[:, 1], corner[:, 2]], axis=1))
-            pieces.append(np.stack([cut[:, 0], corner[:, 2], cut[:, 1]], axis=1))
-    return np.asarray(np.concatenate(pieces))
-
-
 def clip_to_box(triangles: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """The parts of triangles (m, 3, 3) within low ≤ p ≤ high; infinite bounds are skipped."""
-    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]  # (m, 3)
-    near = (np.maximum(np.maximum(a, b), c) >= low) & (np.minimum(np.minimum(a, b), c) <= high)
-    result = triangles[near.all(axis=1)]
-    for axis in range(3):
-        direction = np.eye(3)[axis]
-        if np.isfinite(high[axis]):
-            result = clip_triangles(result, direction, float(high[axis]))
-        if np.isfinite(low[axis]):
-            result = clip_triangles(result, -direction, -float(low[axis]))
-    return result
+    """The parts of triangles (m, 3, 3) within low ≤ p ≤ high (closed; infinite bounds allowed), as triangles (k, 3, 3)."""
+    return np.asarray(_clip_to_box(np.ascontiguousarray(triangles), low, high))
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _clip_to_box(triangles: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    found = np.empty((2 * len(triangles) + 7, 3, 3))
+    total = 0
+    part, left = np.empty((9, 3)), np.empty((9, 3))  # each side adds a corner at the most
+    for t in range(len(triangles)):
+        part[:3] = triangles[t]
+        count = 3
+        for side in range(6):
+            axis, sign = side // 2, 1.0 - 2.0 * (side % 2)
+            limit = sign * (high[axis] if sign > 0.0 else low[axis])
+            kept = 0
+            for i in range(count):
+                j = (i + 1) % count
+                here, ahead = sign * part[i, axis] - limit, sign * part[j, axis] - limit  # > 0: outside
+                if here <= 0.0:
+                    left[kept] = part[i]
+                    kept += 1
+                if (here > 0.0) != (ahead > 0.0):
+                    share = here / (here - ahead)
+                    for k in range(3):
+                        left[kept, k] = part[i, k] + share * (part[j, k] - part[i, k])
+                    left[kept, axis] = sign * limit
+                    kept += 1
+            part, left, count = left, part, kept
+            if count == 0:
+                break
+        if total + max(count - 2, 0) > len(found):
+            grown = np.empty((2 * len(found) + 7, 3, 3))
+            grown[:total] = found[:total]
+            found = grown
+        for k in range(1, count - 1):
+            found[total, 0], found[total, 1], found[total, 2] = part[0], part[k], part[k + 1]
+            total += 1
+    return found[:total].copy()
 
 
 def corners_within(triangles: FloatArray, normals: FloatArray, offsets: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ import numpy as np
 
 from gripwright.design.toolbox import record_classes
 from gripwright.domain.shape import Mesh
-from gripwright.geometry.clipping import corners_within, near_box
+from gripwright.geometry.clipping import clip_to_box, corners_within, near_box
 from gripwright.geometry.collision import winding_numbers
 from gripwright.geometry.facets import coplanar_patches
 from gripwright.geometry.polytope import Polytope
@@ -36,6 +36,7 @@ def _rehearse() -> None:
     near_box(tetrahedron.vertices_mm, np.ones(4), np.eye(4), np.zeros(3), np.ones(3))
     whole = withdrawn(Polytope(tetrahedron.vertices_mm).faces, np.array([0.0, 0.0, -1.0]), 1.0)
     TriangleBlocks(tetrahedron).last_touch_mm(whole, standing(np.eye(4)), np.eye(4), 0.0, 1.0)
+    clip_to_box(tetrahedron.triangles_mm, np.zeros(3), np.ones(3))
     corners_within(tetrahedron.triangles_mm, np.eye(3), np.ones(3))
     winding_numbers(tetrahedron, np.zeros((1, 3)))
 
