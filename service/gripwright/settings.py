@@ -1,15 +1,46 @@
 """Settings of the service, from the environment: `GRIPWRIGHT_` and the field's name in capitals."""
 
+import ipaddress
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Self
+from urllib.parse import urlsplit
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from gripwright.domain.access import AccessScope
 
 
 def _absolute(path: Path) -> Path:
     return path.expanduser().resolve()
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this machine reaches what listens there."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def is_secure_url(url: str) -> bool:
+    """Whether what is read from there can be trusted: HTTPS, or this machine."""
+    parts = urlsplit(url)
+    return bool(parts.hostname) and (parts.scheme == "https" or (parts.scheme == "http" and is_loopback(parts.hostname or "")))
+
+
+def _issuer(url: str) -> str:
+    if not is_secure_url(url):
+        raise ValueError(f"the issuer must be an https URL, it is {url}")
+    return url
+
+
+def _origin(origin: str) -> str:
+    parts = urlsplit(origin)
+    if parts.scheme not in ("http", "https") or not parts.hostname or origin != f"{parts.scheme}://{parts.netloc}":
+        raise ValueError(f"an origin is written https://host or https://host:port, not {origin}")
+    return origin
 
 
 class Settings(BaseSettings):
@@ -39,6 +70,29 @@ class Settings(BaseSettings):
     gripper_set_timeout_s: float = Field(default=30.0, gt=0, description="longest synchronous gripper-set optimisation")
     webhook_private_targets: bool = Field(default=False, description="allow webhooks to loopback and private addresses")
     webhook_attempts: int = Field(default=8, ge=1, le=20, description="deliveries tried before a message is given up")
+    access_required: bool = Field(default=False, description="ask for a key or token on loopback too; elsewhere always")
+    oidc_issuer: Annotated[str, AfterValidator(_issuer)] | None = Field(default=None, description="whose bearer tokens are taken")
+    oidc_audience: str | None = Field(default=None, min_length=1, description="that the tokens must be for")
+    oidc_claim: str = Field(default="scope", min_length=1, description="of a token: its scopes, a list or words in one string")
+    oidc_scopes: dict[str, AccessScope] = Field(
+        default={f"gripwright:{scope}": scope for scope in AccessScope}, description="value of the claim → read, write or admin"
+    )
+    cors_origins: tuple[Annotated[str, AfterValidator(_origin)], ...] = Field(
+        default=(), description="origins whose pages may read answers"
+    )
+    audit_days: int = Field(default=365, ge=1, le=36_500, description="how long the audit trail is kept")
+    audit_reads: bool = Field(default=False, description="the audit trail holds requests that only read, too")
+
+    @model_validator(mode="after")
+    def _audience_with_issuer(self) -> Self:
+        if (self.oidc_issuer is None) != (self.oidc_audience is None):
+            raise ValueError("an issuer needs an audience, and an audience an issuer")
+        return self
+
+    @property
+    def asks_for_access(self) -> bool:
+        """Whether requests need a key or a token."""
+        return self.access_required or not is_loopback(self.host)
 
     @property
     def uses_default_database(self) -> bool:

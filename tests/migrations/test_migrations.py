@@ -3,6 +3,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
@@ -97,6 +98,26 @@ def test_the_way_back_leaves_nothing(database):
     assert inspect(database.read_engine).get_table_names() == ["alembic_version"]
 
 
+def test_a_populated_database_of_the_first_version_keeps_its_rows(database):
+    with database.write_engine.connect() as connection, connection.begin():
+        command.upgrade(alembic_config(connection), "0001")
+        connection.execute(
+            text(
+                "INSERT INTO webhook (id, url, events, secret, created_at) "
+                "VALUES ('w1', 'https://plm.example', '[]', 'whsec_x', '2026-01-01 00:00:00')"
+            )
+        )
+    assert "api_key" not in inspect(database.read_engine).get_table_names()
+
+    migrate(database)
+
+    with database.read_engine.connect() as connection:
+        assert connection.execute(text("SELECT id, url FROM webhook")).all() == [("w1", "https://plm.example")]
+        assert connection.scalar(text("SELECT count(*) FROM api_key")) == 0
+        assert connection.scalar(text("SELECT count(*) FROM audit")) == 0
+    assert differences(database) == []
+
+
 def test_a_database_of_another_version_is_refused_with_the_way_out(database):
     with pytest.raises(Conflict, match="gripwright migrate"):
         require_current(database)
@@ -122,7 +143,12 @@ def test_processes_that_start_together_migrate_once(tmp_path):
 
 
 def test_postgresql_gets_the_same_tables_and_runs_a_job(postgresql, tmp_path):
+    from gripwright.domain.access import AccessScope
+    from gripwright.jobs.keys import create_key
+    from gripwright.store.api_keys import ApiKeyRepository
     from gripwright.store.artifacts import ArtifactStore
+    from gripwright.store.audit import AuditRepository
+    from gripwright.store.columns import utc_now
     from gripwright.store.products import ProductRepository
     from service_factory import make_document, store_product
 
@@ -138,4 +164,10 @@ def test_postgresql_gets_the_same_tables_and_runs_a_job(postgresql, tmp_path):
     with database.read_sessions() as session:
         assert ProductRepository(session).find("PG-1", "A").id == product_id
         assert [row.id for row in ProductRepository(session).page(after=None, limit=5, part_number=None)] == [product_id]
+    with database.write_sessions.begin() as session:
+        made = create_key(session, "PLM", AccessScope.WRITE, timedelta(days=1), utc_now(), actor="cli:ada")
+    with database.read_sessions() as session:
+        assert [row.id for row in ApiKeyRepository(session).valid(utc_now(), "PLM")] == [made.row.id]
+        trail = AuditRepository(session).page(after=None, limit=5, actor=None, resource_id=made.row.id)
+        assert [row.path for row in trail] == ["keys create PLM"]
     database.dispose()

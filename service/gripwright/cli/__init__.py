@@ -24,6 +24,8 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "sample": ("gripwright.cli.sample", "Write the sample product as a package."),
         "plugins": ("gripwright.cli.plugins", "What is installed; check it, or begin a new plug-in."),
         "actuators": ("gripwright.cli.actuators", "The catalogue; import actuators of your own from a CSV."),
+        "keys": ("gripwright.cli.keys", "API keys of the HTTP service: create, list, rotate, revoke."),
+        "audit": ("gripwright.cli.audit", "Who did what over HTTP, the newest first."),
         "openapi": ("gripwright.cli.openapi", "The OpenAPI document on standard output."),
     }
 )

@@ -22,7 +22,7 @@ from rich.table import Table
 from gripwright.cli.serve import LISTENING
 from gripwright.samples import write_sample
 
-_SERVE = (sys.executable, "-m", "gripwright.cli", "serve", "--port", "0")
+_SERVE = (sys.executable, "-m", "gripwright.cli", "serve", "--host", "127.0.0.1", "--port", "0")
 _START_S = 60.0
 _DONE = ("complete", "incomplete")
 _COLUMNS = ("gripper", "quantity", "item", "make_or_buy", "maker", "part_number", "description")

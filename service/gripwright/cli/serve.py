@@ -8,8 +8,10 @@ import typer
 import uvicorn
 
 from gripwright.http.app import create_app
+from gripwright.http.gate import require_way_in
 from gripwright.jobs.supervisor import Supervisor
 from gripwright.settings import Settings, load_settings
+from gripwright.store.columns import utc_now
 from gripwright.store.engines import Database
 from gripwright.store.migrate import migrate as migrate_database
 from gripwright.store.migrate import prepare
@@ -24,12 +26,14 @@ def serve(
 ) -> None:
     """The HTTP service with its embedded workers, until SIGTERM or Ctrl-C."""
     _log_to_stderr()
-    settings = load_settings()
+    chosen = {"host": host, "port": port}
+    settings = load_settings().model_copy(update={name: value for name, value in chosen.items() if value is not None})
     prepare_database(settings)
+    check_way_in(settings)
     config = uvicorn.Config(
         create_app(settings),
-        host=settings.host if host is None else host,
-        port=settings.port if port is None else port,
+        host=settings.host,
+        port=settings.port,
         log_config=None,
         access_log=False,
         timeout_graceful_shutdown=_GRACE_S,
@@ -71,6 +75,13 @@ def prepare_database(settings: Settings) -> None:
     settings.data_dir.mkdir(parents=True, exist_ok=True)
     database = Database(settings.resolved_database_url)
     prepare(database, automatically=settings.uses_default_database)
+    database.dispose()
+
+
+def check_way_in(settings: Settings) -> None:
+    """Conflict where the service would ask for a key, and there is none."""
+    database = Database(settings.resolved_database_url)
+    require_way_in(settings, database, utc_now())
     database.dispose()
 
 

@@ -1,27 +1,20 @@
 "use strict";
 
-const API = "/api/v1";
 const REFRESH_MS = 4000;
 const FOLLOWED_MAX = 3; // a browser opens six connections to one host; reading must stay possible
 const FINAL = new Set(["succeeded", "failed", "cancelled"]);
 
 const cards = new Map(); // job id -> card element
-const streams = new Map(); // job id -> EventSource
+const streams = new Map(); // job id -> AbortController of its stream of events
 const shownResults = new Map(); // job id -> attempt whose result is shown
 
 let shownProducts = "";
 
-const byId = (id) => document.getElementById(id);
 const when = (text) => new Date(text).toLocaleString();
 
 async function call(path, options) {
-  const answer = await fetch(path, options);
-  const body = answer.status === 204 ? null : await answer.json();
-  if (!answer.ok) {
-    const faults = (body.errors ?? []).map((fault) => `${fault.pointer}: ${fault.message}`);
-    throw new Error([body.detail, ...faults].join("\n"));
-  }
-  return body;
+  const answer = await request(path, options);
+  return answer.status === 204 ? null : answer.json();
 }
 
 function notify(message) {
@@ -134,21 +127,19 @@ function showLinks(card, job, files) {
 
 function follow(job) {
   if (streams.has(job.id) || FINAL.has(job.status) || streams.size >= FOLLOWED_MAX) return;
-  const stream = new EventSource(`${API}/jobs/${job.id}/events`);
-  streams.set(job.id, stream);
-  const receive = (event) => {
-    const state = JSON.parse(event.data);
+  const abort = new AbortController();
+  streams.set(job.id, abort);
+  const receive = (state) => {
     if (state.attempt < job.attempt) return;
-    if (FINAL.has(state.status)) {
-      stream.close();
-      streams.delete(job.id);
-      refreshDesigns();
-    } else {
-      showState(job.id, state, null);
-    }
+    if (FINAL.has(state.status)) abort.abort();
+    else showState(job.id, state, null);
   };
-  stream.addEventListener("status", receive);
-  stream.addEventListener("progress", receive);
+  readEvents(job.id, abort.signal, receive)
+    .catch(() => {}) // the next refresh says what is wrong, or follows again
+    .finally(() => {
+      streams.delete(job.id);
+      if (abort.signal.aborted) refreshDesigns().catch((error) => notify(error.message));
+    });
 }
 
 async function refreshDesigns() {
@@ -224,12 +215,17 @@ byId("upload").addEventListener("submit", (event) => {
   });
 });
 
+async function show() {
+  await refreshDesigns();
+  await refreshProducts();
+}
+
 async function refresh() {
+  const isSignedOut = !byId("sign-in").hidden;
   try {
-    await refreshDesigns();
-    await refreshProducts();
+    if (!isSignedOut) await show();
   } catch (error) {
-    notify(`the service does not answer: ${error.message}`);
+    if (byId("sign-in").hidden) notify(`the service does not answer: ${error.message}`);
   }
   setTimeout(refresh, REFRESH_MS);
 }

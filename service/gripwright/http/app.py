@@ -4,14 +4,17 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from fastapi import APIRouter, FastAPI
+from starlette.middleware.errors import ServerErrorMiddleware
 
 import gripwright
+from gripwright.http.access import Access, Cors
 from gripwright.http.body_limit import BodyLimit
-from gripwright.http.errors import register_error_handlers
-from gripwright.http.observed import Observed
+from gripwright.http.errors import defect_problem, register_error_handlers
+from gripwright.http.observed import REQUEST_ID, Observed
 from gripwright.http.openapi import describe_problems
 from gripwright.http.routers import (
     actuators,
+    audit,
     change_impact,
     components,
     dashboard,
@@ -25,9 +28,14 @@ from gripwright.http.routers import (
 )
 from gripwright.http.state import State
 from gripwright.settings import Settings
+from gripwright.store.columns import utc_now
 from gripwright.store.migrate import prepare
 
 PREFIX = "/api/v1"
+
+_METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
+_SENT = ("Authorization", "Content-Type", "Idempotency-Key", "If-Match", "If-None-Match", "Last-Event-ID", "Range", REQUEST_ID)
+_SHOWN = ("Content-Disposition", "ETag", "Link", "Location", "Retry-After", "WWW-Authenticate", REQUEST_ID)
 
 _DESCRIPTION = (
     "Reads CAD models and an assembly sequence, answers with the smallest set of robot grippers: actuators to buy, "
@@ -44,6 +52,7 @@ def create_app(settings: Settings) -> FastAPI:
         settings.data_dir.mkdir(parents=True, exist_ok=True)
         prepare(service.database, automatically=settings.uses_default_database)
         service.start()
+        service.audit.clear(utc_now())
         yield
         service.stop()
 
@@ -59,17 +68,29 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.service = service
     describe_problems(app)
     register_error_handlers(app)
-    app.add_middleware(Observed, requests=service.requests)
+    _add_middleware(app, service)
+    api = APIRouter(prefix=PREFIX)
+    for module in (products, components, designs, change_impact, jobs, gripper_sets, plugins, actuators, webhooks, audit):
+        api.include_router(module.router)
+    app.include_router(api)
+    app.include_router(health.router)
+    app.include_router(dashboard.router)
+    return app
+
+
+def _add_middleware(app: FastAPI, service: State) -> None:
+    """The innermost first."""
+    settings = service.settings
+    app.add_middleware(ServerErrorMiddleware, handler=defect_problem)  # the framework's own is outside of all that follows
     app.add_middleware(
         BodyLimit,
         upload_path=f"{PREFIX}/products",
         upload_max_bytes=settings.upload_max_bytes,
         body_max_bytes=settings.body_max_bytes,
     )
-    api = APIRouter(prefix=PREFIX)
-    for module in (products, components, designs, change_impact, jobs, gripper_sets, plugins, actuators, webhooks):
-        api.include_router(module.router)
-    app.include_router(api)
-    app.include_router(health.router)
-    app.include_router(dashboard.router)
-    return app
+    app.add_middleware(Access, gate=service.gate, audit=service.audit, origins=settings.cors_origins)
+    if settings.cors_origins:
+        app.add_middleware(
+            Cors, allow_origins=settings.cors_origins, allow_methods=_METHODS, allow_headers=_SENT, expose_headers=_SHOWN
+        )
+    app.add_middleware(Observed, requests=service.requests)

@@ -17,7 +17,10 @@ from gripwright.store.models import DesignRow
 
 _INLINE = frozenset({"application/json", "text/csv", "text/html", "image/png"})
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # archives of the same files are the same, byte for byte
-_REPORT_POLICY = "sandbox allow-scripts; default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+_REPORT_POLICY = (
+    "sandbox allow-scripts; default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; "
+    "frame-ancestors 'none'"
+)
 
 
 class _StoredFile(FileResponse):

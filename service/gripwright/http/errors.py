@@ -29,6 +29,9 @@ STATUS_OF_CODE: Mapping[str, int] = {
     "precondition-required": 428,
     "unsupported-media-type": 415,
     "not-acceptable": 406,
+    "not-authenticated": 401,
+    "scope-missing": 403,
+    "origin-refused": 403,
     "not-ready": 503,
 }
 
@@ -57,6 +60,12 @@ class NotAcceptable(GripwrightError):
     code = "not-acceptable"
 
 
+class OriginRefused(GripwrightError):
+    """A page of another site sent the request, and its origin is not on the list."""
+
+    code = "origin-refused"
+
+
 class NotReady(GripwrightError):
     """The service cannot work yet, or not any more."""
 
@@ -80,19 +89,25 @@ def problem(
 
 def register_error_handlers(app: FastAPI) -> None:
     """Let the app answer every error with a problem, the framework's own included."""
-    app.add_exception_handler(GripwrightError, _domain_problem)
+    app.add_exception_handler(GripwrightError, domain_problem)
     app.add_exception_handler(RequestValidationError, _validation_problem)
     app.add_exception_handler(HTTPException, _framework_problem)
     app.add_exception_handler(IntegrityError, _integrity_problem)
     app.add_exception_handler(DataError, _data_problem)
-    app.add_exception_handler(OperationalError, _database_problem)
-    app.add_exception_handler(Exception, _defect_problem)
+    app.add_exception_handler(OperationalError, database_problem)
 
 
-def _domain_problem(request: Request, error: Exception) -> JSONResponse:
+def domain_problem(request: Request, error: Exception) -> JSONResponse:
+    """The problem that a domain error is, with what HTTP wants said beside it."""
     assert isinstance(error, GripwrightError)
     status = STATUS_OF_CODE.get(error.code, 500)
     headers = {"Retry-After": "5"} if status == 503 else None
+    if status == 401:
+        refused = "authorization" in request.headers
+        headers = {"WWW-Authenticate": 'Bearer realm="gripwright"' + (', error="invalid_token"' if refused else "")}
+    elif error.code == "scope-missing":
+        needed = error.context["scope"]
+        headers = {"WWW-Authenticate": f'Bearer realm="gripwright", error="insufficient_scope", scope="{needed}"'}
     return problem(status, error.code, error.detail, faults=error.faults, headers=headers)
 
 
@@ -150,11 +165,13 @@ def _data_problem(request: Request, error: Exception) -> JSONResponse:
     return problem(422, "invalid-input", "the request holds a value that no database stores, such as a NUL character")
 
 
-def _database_problem(request: Request, error: Exception) -> JSONResponse:
+def database_problem(request: Request, error: Exception) -> JSONResponse:
+    """The problem that a database which does not answer is."""
     _log.error("the database failed in %s %s", request.method, request.url.path, exc_info=error)
     return problem(503, "not-ready", "the database does not answer in time", headers={"Retry-After": "5"})
 
 
-def _defect_problem(request: Request, error: Exception) -> JSONResponse:
+def defect_problem(request: Request, error: Exception) -> JSONResponse:
+    """The problem that a defect is: the log tells which, the answer does not."""
     _log.error("defect in %s %s", request.method, request.url.path, exc_info=error)
     return problem(500, "internal", "the service has a defect; its log says where")

@@ -1,13 +1,31 @@
 """What every answer has, and what is counted of it."""
 
+import re
+import secrets
 from collections import Counter
+from collections.abc import Mapping
+from types import MappingProxyType
 
-from starlette.datastructures import MutableHeaders
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+SECURITY_HEADERS: Mapping[str, str] = MappingProxyType(
+    {
+        "X-Content-Type-Options": "nosniff",
+        "Referrer-Policy": "no-referrer",
+        "X-Frame-Options": "DENY",
+        "Content-Security-Policy": "default-src 'none'; frame-ancestors 'none'",
+        "Cross-Origin-Resource-Policy": "same-origin",
+    }
+)
+"""On every answer that does not set them itself."""
+
+REQUEST_ID = "X-Request-ID"
+_ID_OF_CALLER = re.compile(r"[A-Za-z0-9._-]{1,64}")
 
 
 class Observed:
-    """ASGI middleware: security headers on every answer, and a count of answers by method, route and status."""
+    """ASGI middleware: security headers and an id on every answer, and a count of answers by method, route and status."""
 
     def __init__(self, app: ASGIApp, *, requests: Counter[tuple[str, str, int]]) -> None:
         self._app, self._requests = app, requests
@@ -17,12 +35,16 @@ class Observed:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
+        given = Headers(scope=scope).get(REQUEST_ID, "")
+        request_id = given if _ID_OF_CALLER.fullmatch(given) else secrets.token_hex(16)
+        scope.setdefault("state", {})["request_id"] = request_id
 
         async def observed(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
-                headers.setdefault("X-Content-Type-Options", "nosniff")
-                headers.setdefault("Referrer-Policy", "no-referrer")
+                for name, value in SECURITY_HEADERS.items():
+                    headers.setdefault(name, value)
+                headers[REQUEST_ID] = request_id
                 route = getattr(scope.get("route"), "path", "")
                 self._requests[scope["method"], route, message["status"]] += 1
             await send(message)

@@ -1,13 +1,19 @@
-"""The OpenAPI document: the framework's, with every error as the problem that is really sent."""
+"""The OpenAPI document: the framework's, with errors as the problems that are sent, and the scope that each route needs."""
 
 from typing import Any
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
+from gripwright.http.gate import required_scope
 from gripwright.http.schemas.problem import Problem, problems
 
 _REF = "#/components/schemas/{model}"
+_BEARER = {
+    "type": "http",
+    "scheme": "bearer",
+    "description": "An API key, or a token of the issuer. Not asked for where the service listens on loopback alone.",
+}
 _REPLACED = ("HTTPValidationError", "ValidationError")
 
 
@@ -30,8 +36,13 @@ def _document(app: FastAPI) -> dict[str, Any]:
     schema = Problem.model_json_schema(ref_template=_REF)
     schemas.update(schema.pop("$defs"))
     schemas["Problem"] = schema
-    for path in document["paths"].values():
-        for operation in path.values():
+    document["components"]["securitySchemes"] = {"bearer": _BEARER}
+    for path, operations in document["paths"].items():
+        for method, operation in operations.items():
+            scope = required_scope(method.upper(), path)
+            operation["security"] = [] if scope is None else [{"bearer": [scope.value]}]
+            if scope is not None:
+                operation["responses"] |= {str(status): answer for status, answer in problems(401, 403).items()}
             if "422" in operation["responses"]:
                 operation["responses"]["422"] = problems(422)[422]
             if "requestBody" in operation:

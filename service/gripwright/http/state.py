@@ -5,6 +5,8 @@ import threading
 from collections import Counter
 
 from gripwright.cad.limits import Limits
+from gripwright.http.audit_trail import AuditTrail
+from gripwright.http.gate import Gate
 from gripwright.registry.description import RegistryDescription, RegistryUnreadable, describe_in_child
 from gripwright.settings import Settings
 from gripwright.store.artifacts import ArtifactStore
@@ -20,6 +22,8 @@ class State:
         self.settings = settings
         self.database = Database(settings.resolved_database_url)
         self.artifacts = ArtifactStore(settings.data_dir / "artifacts")
+        self.gate = Gate(settings, self.database)
+        self.audit = AuditTrail(self.database, days=settings.audit_days, with_reads=settings.audit_reads)
         self.package_limits = Limits()
         self.plugins: RegistryDescription | None = None
         self.plugins_problem = ""

@@ -212,3 +212,41 @@ class IdempotencyRow(Base):
     request_sha256: Mapped[str] = mapped_column(_SHA256)  # of method, path and body
     design_id: Mapped[str] = mapped_column(_ID, ForeignKey("design.id", ondelete="CASCADE"))
     created_at: Mapped[datetime]
+
+
+class ApiKeyRow(Base):
+    """A key to the HTTP interface. Its secret is not stored."""
+
+    __tablename__ = "api_key"
+    __table_args__ = (
+        Index(None, "name"),
+        CheckConstraint("scope IN ('read', 'write', 'admin')", name="scope"),
+    )
+
+    id: Mapped[str] = mapped_column(_ID, primary_key=True)
+    name: Mapped[str] = mapped_column(String(100))
+    scope: Mapped[str] = mapped_column(String(20))
+    secret_sha256: Mapped[str] = mapped_column(_SHA256)
+    created_at: Mapped[datetime]
+    expires_at: Mapped[datetime]
+    revoked_at: Mapped[datetime | None]
+
+
+class AuditRow(Base):
+    """An answered request, or a command that changed the keys."""
+
+    __tablename__ = "audit"
+    __table_args__ = (Index(None, "created_at", "id"),)
+
+    id: Mapped[str] = mapped_column(_ID, primary_key=True)
+    created_at: Mapped[datetime]  # when it was answered
+    actor: Mapped[str] = mapped_column(
+        String(300)
+    )  # "key:…", "token:…", "cli:…", "anonymous", "" where the credential was refused
+    actor_name: Mapped[str] = mapped_column(String(300))
+    client: Mapped[str] = mapped_column(String(64))  # address that the connection came from
+    method: Mapped[str] = mapped_column(String(20))  # "CLI" for a command
+    path: Mapped[str] = mapped_column(String(2000))  # without its query
+    status: Mapped[int]
+    resource_id: Mapped[str] = mapped_column(String(300))  # "" where there is none
+    request_id: Mapped[str] = mapped_column(String(64))

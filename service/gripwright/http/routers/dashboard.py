@@ -1,4 +1,4 @@
-"""The dashboard: one page with its style and script, nothing from elsewhere."""
+"""The dashboard: one page with its style and scripts, nothing from elsewhere."""
 
 from importlib import resources
 
@@ -13,6 +13,7 @@ _POLICY = (
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 _ASSETS = {
+    "access.js": "text/javascript; charset=utf-8",
     "app.js": "text/javascript; charset=utf-8",
     "style.css": "text/css; charset=utf-8",
     "icon.svg": "image/svg+xml",

@@ -1,0 +1,71 @@
+"""Nobody gets past without the scope that the request needs, before a byte of its body is read."""
+
+from urllib.parse import urlsplit
+
+from fastapi.concurrency import run_in_threadpool
+from sqlalchemy.exc import OperationalError
+from starlette.datastructures import Headers
+from starlette.middleware.cors import CORSMiddleware
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from gripwright.domain.access import ANYBODY, Principal
+from gripwright.domain.errors import GripwrightError
+from gripwright.http.audit_trail import AuditTrail, audit_row
+from gripwright.http.errors import OriginRefused, database_problem, domain_problem, problem
+from gripwright.http.gate import Gate, check_scope, required_scope
+from gripwright.store.columns import utc_now
+
+
+class Access:
+    """ASGI middleware: 401 without a valid credential, 403 without the scope; what was asked and answered is audited."""
+
+    def __init__(self, app: ASGIApp, *, gate: Gate, audit: AuditTrail, origins: tuple[str, ...]) -> None:
+        self._app, self._gate, self._audit, self._origins = app, gate, audit, frozenset(origins)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let the request in, or answer it."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        needed = required_scope(scope["method"], scope["path"])
+        if needed is None:
+            await self._app(scope, receive, send)
+            return
+        principal: Principal | None = None
+
+        async def audited(message: Message) -> None:
+            if message["type"] == "http.response.start" and self._audit.holds(scope["method"], message["status"]):
+                await run_in_threadpool(self._audit.write, audit_row(scope, message, principal, utc_now()))
+            await send(message)
+
+        request = Request(scope)
+        try:
+            principal = await run_in_threadpool(self._gate.identify, request.headers.get("authorization", ""), utc_now())
+            check_scope(principal, needed)
+            if principal is ANYBODY:
+                self._check_origin(request.headers)
+        except GripwrightError as error:
+            await domain_problem(request, error)(scope, receive, audited)
+        except OperationalError as error:
+            await database_problem(request, error)(scope, receive, audited)
+        else:
+            await self._app(scope, receive, audited)
+
+    def _check_origin(self, headers: Headers) -> None:
+        """OriginRefused for a page of another site: with no key asked, a browser would send its requests as ours."""
+        origin = headers.get("origin")
+        if origin is not None and origin not in self._origins and urlsplit(origin).netloc != headers.get("host"):
+            raise OriginRefused(f"pages of {origin} may not use this service: GRIPWRIGHT_CORS_ORIGINS lists those that may")
+
+
+class Cors(CORSMiddleware):
+    """CORS for listed origins, whose refusals are problems, too."""
+
+    def preflight_response(self, request_headers: Headers) -> Response:
+        """The answer to a preflight request."""
+        answer = super().preflight_response(request_headers)
+        if answer.status_code < 400:
+            return answer
+        return problem(403, "origin-refused", f"pages of {request_headers['origin']} may not send this request")
