@@ -2,21 +2,26 @@ import os
 import shutil
 import threading
 import time
+from contextlib import contextmanager
+from datetime import timedelta
 
 import pytest
 import uvicorn
 from chromium_page import ChromiumPage
 
+from gripwright.domain.access import AccessScope
 from gripwright.http.app import create_app
+from gripwright.jobs.keys import create_key
 from gripwright.settings import Settings
+from gripwright.store.columns import utc_now
 from gripwright.store.jobs import StoredDesignJobs
 from service_factory import make_document, store_product
 
 
-@pytest.fixture(scope="module")
-def service(tmp_path_factory):
+@contextmanager
+def running(settings):
     """The service on a free port, without workers: the test does their part."""
-    app = create_app(Settings(data_dir=tmp_path_factory.mktemp("service")))
+    app = create_app(settings)
     config = uvicorn.Config(app, port=0, log_level="warning", timeout_graceful_shutdown=1)
     listener = config.bind_socket()
     server = uvicorn.Server(config)
@@ -30,6 +35,21 @@ def service(tmp_path_factory):
     yield state
     server.should_exit = True
     thread.join()
+
+
+@pytest.fixture(scope="module")
+def service(tmp_path_factory):
+    with running(Settings(data_dir=tmp_path_factory.mktemp("service"))) as state:
+        yield state
+
+
+@pytest.fixture
+def closed(tmp_path):
+    """A service that asks for a key, and a key."""
+    with running(Settings(data_dir=tmp_path / "closed", access_required=True)) as state:
+        with state.database.write_sessions.begin() as session:
+            state.key = create_key(session, "Ada", AccessScope.WRITE, timedelta(days=1), utc_now(), actor="test").word
+        yield state
 
 
 @pytest.fixture
@@ -73,6 +93,65 @@ def test_a_design_is_requested_followed_and_read_on_the_page(service, page):
     assert page.messages == [], "the page reports no error and its own policy blocks nothing"
     page.open(report)
     page.wait_for("document.querySelector('h1')?.textContent === 'made'")
+
+
+def sign_in(page, key):
+    page.evaluate(f"document.getElementById('key').value = '{key}'; document.querySelector('#sign-in button').click()")
+
+
+def shown(identity):
+    return f"document.getElementById('{identity}').checkVisibility()"
+
+
+def test_where_a_key_is_needed_the_page_asks_for_it_and_does_all_its_work_with_it(closed, page, tmp_path):
+    store_product(closed.database, closed.artifacts, make_document("CP-8"))
+    jobs = StoredDesignJobs(closed.database, closed.artifacts)
+    page.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    page.open(closed.url)
+    page.wait_for(shown("sign-in"))
+    assert not page.evaluate(shown("notice"))
+
+    sign_in(page, "gwk_a_b")
+    page.wait_for(shown("notice"))
+    assert page.evaluate("document.getElementById('notice').textContent") == "there is no such API key"
+    assert page.evaluate(shown("sign-in"))
+    sign_in(page, closed.key)
+    page.wait_for("document.querySelector('#products button')")
+    assert not page.evaluate(shown("sign-in"))
+    assert page.evaluate("document.cookie + Object.values(localStorage).join()") == ""
+
+    page.evaluate("document.querySelector('#products button').click()")
+    page.wait_for("document.querySelector('.badge.queued')")
+    ((design_id, attempt),) = jobs.undispatched(10)
+    jobs.start(design_id, attempt)
+    jobs.record_progress(design_id, attempt, 0.5, "fit", "rotor")
+    page.wait_for("document.querySelector('.card output').textContent === '50 % · fit · rotor'", timeout_s=3)
+    document = {"operations": [], "grippers": [], "bom": [], "optimum": {"proven": True}}
+    files = {"grippers/G1/finger.step": closed.artifacts.put(b"ISO-10303-21; of G1")}
+    jobs.finish(design_id, attempt, "complete", document, files)
+    page.wait_for("document.querySelector('.badge.complete')")
+    page.wait_for("document.querySelector('.files a[href$=\"finger.step\"]')")
+    page.evaluate("document.querySelector('.files a[href$=\"finger.step\"]').click()")
+
+    deadline = time.monotonic() + 10
+    while not (tmp_path / "finger.step").exists():
+        assert time.monotonic() < deadline, "the file was not saved"
+        time.sleep(0.1)
+    assert (tmp_path / "finger.step").read_bytes() == b"ISO-10303-21; of G1"
+
+    page.evaluate("document.getElementById('sign-out').click()")
+    page.wait_for(f"document.readyState === 'complete' && {shown('sign-in')}")
+    assert page.evaluate("sessionStorage.length") == 0
+    refusals = [message for message in page.messages if "status of 401" not in str(message)]
+    assert refusals == [], "the page's own policy blocks nothing"
+
+
+def test_where_no_key_is_needed_nobody_is_asked(service, page):
+    page.open(service.url)
+    page.wait_for("document.querySelector('.card, #no-designs:not([hidden])')")
+
+    assert not page.evaluate(shown("sign-in"))
+    assert not page.evaluate(shown("sign-out"))
 
 
 def test_what_goes_wrong_is_said_on_the_page(service, page):

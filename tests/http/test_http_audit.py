@@ -6,9 +6,9 @@ import pytest
 from fastapi import APIRouter
 from fastapi.testclient import TestClient
 
-from gripwright.domain.access import AccessScope
+from gripwright.domain.access import ANYBODY, AccessScope
 from gripwright.http.app import create_app
-from gripwright.http.audit_trail import AuditTrail
+from gripwright.http.audit_trail import STRANGERS_A_MINUTE, AuditTrail
 from gripwright.http.observed import SECURITY_HEADERS
 from gripwright.jobs.keys import create_key
 from gripwright.settings import Settings
@@ -86,6 +86,16 @@ def test_who_was_refused_is_in_the_trail_and_what_was_read_is_not(audited):
 
     assert (rows["intruder"]["actor"], rows["intruder"]["status"], rows["intruder"]["method"]) == ("", 401, "GET")
     assert not {"reader", "page"} & set(rows)
+
+
+def test_nobody_outside_can_fill_the_disk():
+    trail, now = AuditTrail(None, days=1, with_reads=False), utc_now()
+
+    stored = [trail.holds("POST", 401, None, now) for _ in range(STRANGERS_A_MINUTE + 50)]
+
+    assert stored == [True] * STRANGERS_A_MINUTE + [False] * 50
+    assert trail.holds("POST", 200, ANYBODY, now), "who is let in is not left out"
+    assert trail.holds("POST", 401, None, now + timedelta(minutes=1))
 
 
 def test_reads_are_in_the_trail_where_that_is_asked_for(tmp_path):

@@ -36,8 +36,10 @@ class Access:
         principal: Principal | None = None
 
         async def audited(message: Message) -> None:
-            if message["type"] == "http.response.start" and self._audit.holds(scope["method"], message["status"]):
-                await run_in_threadpool(self._audit.write, audit_row(scope, message, principal, utc_now()))
+            if message["type"] == "http.response.start":
+                now = utc_now()
+                if self._audit.holds(scope["method"], message["status"], principal, now):
+                    await run_in_threadpool(self._audit.write, audit_row(scope, message, principal, now))
             await send(message)
 
         request = Request(scope)

@@ -16,8 +16,10 @@ from gripwright.store.models import AuditRow
 
 _log = logging.getLogger(__name__)
 
-_REFUSED = (401, 403)
 _CLEARING = timedelta(hours=1)
+_MINUTE = timedelta(minutes=1)
+STRANGERS_A_MINUTE = 100
+"""Refused credentials that get a row; more are counted in the metrics alone, so that nobody outside can fill the disk."""
 
 
 class AuditTrail:
@@ -25,11 +27,22 @@ class AuditTrail:
 
     def __init__(self, database: Database, *, days: int, with_reads: bool) -> None:
         self._database, self._kept, self._with_reads = database, timedelta(days=days), with_reads
-        self._next_clearing = datetime.min.replace(tzinfo=UTC)
+        self._next_clearing = self._minute_ends = datetime.min.replace(tzinfo=UTC)
+        self._strangers = 0  # of this minute
 
-    def holds(self, method: str, status: int) -> bool:
-        """Whether an answer of that status to a request of that method gets a row."""
-        return self._with_reads or method not in ("GET", "HEAD", "OPTIONS") or status in _REFUSED
+    def holds(self, method: str, status: int, principal: Principal | None, now: datetime) -> bool:
+        """Whether an answer of that status to a request of that method gets a row. Called by one thread."""
+        if principal is None:
+            return self._has_room(now)
+        return self._with_reads or method not in ("GET", "HEAD", "OPTIONS") or status == 403
+
+    def _has_room(self, now: datetime) -> bool:
+        if now >= self._minute_ends:
+            self._minute_ends, self._strangers = now + _MINUTE, 0
+        self._strangers += 1
+        if self._strangers == STRANGERS_A_MINUTE + 1:
+            _log.warning("more than %d requests without a valid credential a minute: the others get no row", STRANGERS_A_MINUTE)
+        return self._strangers <= STRANGERS_A_MINUTE
 
     def write(self, row: AuditRow) -> None:
         """Store a row. What was asked is done by now: a database that fails is told to the log, with the row."""
