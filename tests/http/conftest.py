@@ -1,6 +1,8 @@
 import pytest
 from fastapi.testclient import TestClient
+from key_factory import new_key
 
+from gripwright.domain.access import AccessScope
 from gripwright.http.app import create_app
 from gripwright.settings import Settings
 from gripwright.store.jobs import StoredDesignJobs
@@ -24,6 +26,23 @@ def client(app):
     with TestClient(app, raise_server_exceptions=False) as client:
         app.state.service.wait_for_plugins(60)
         yield client
+
+
+@pytest.fixture(scope="session")
+def closed(tmp_path_factory):
+    """A client of a service that asks for access on loopback, too."""
+    settings = Settings(data_dir=tmp_path_factory.mktemp("closed"), access_required=True)
+    app = create_app(settings)
+    with TestClient(app, raise_server_exceptions=False) as client:
+        app.state.service.wait_for_plugins(60)
+        client.service = app.state.service
+        yield client
+
+
+@pytest.fixture(scope="session")
+def keys(closed):
+    """A key of each scope."""
+    return {scope: new_key(closed.service, f"the {scope} key", scope).word for scope in AccessScope}
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from gripwright.domain.access import ANYBODY, Principal
+from gripwright.domain.access import ANYBODY, AccessScope, Principal
 from gripwright.domain.errors import GripwrightError
 from gripwright.http.audit_trail import AuditTrail, audit_row
 from gripwright.http.errors import OriginRefused, database_problem, domain_problem, problem
@@ -46,7 +46,7 @@ class Access:
         try:
             principal = await run_in_threadpool(self._gate.identify, request.headers.get("authorization", ""), utc_now())
             check_scope(principal, needed)
-            if principal is ANYBODY:
+            if principal is ANYBODY and needed is AccessScope.WRITE:
                 self._check_origin(request.headers)
         except GripwrightError as error:
             await domain_problem(request, error)(scope, receive, audited)
@@ -56,7 +56,7 @@ class Access:
             await self._app(scope, receive, audited)
 
     def _check_origin(self, headers: Headers) -> None:
-        """OriginRefused for a page of another site: with no key asked, a browser would send its requests as ours."""
+        """OriginRefused for a page of another site: where no key is asked its forms could do what they want, if not read it."""
         origin = headers.get("origin")
         if origin is not None and origin not in self._origins and urlsplit(origin).netloc != headers.get("host"):
             raise OriginRefused(f"pages of {origin} may not use this service: GRIPWRIGHT_CORS_ORIGINS lists those that may")
