@@ -15,10 +15,10 @@ async function request(path, options = {}) {
   const headers = { ...options.headers, ...(key ? { Authorization: `Bearer ${key}` } : {}) };
   const answer = await fetch(path, { ...options, headers });
   if (answer.ok) return answer;
-  if (answer.status === 401) showSignIn(true);
+  if (answer.status === 401 && storedKey() === key) showSignIn(true); // else somebody has signed in meanwhile
   const problem = await answer.json();
   const faults = (problem.errors ?? []).map((fault) => `${fault.pointer}: ${fault.message}`);
-  throw new Error([problem.detail, ...faults].join("\n"));
+  throw Object.assign(new Error([problem.detail, ...faults].join("\n")), { status: answer.status });
 }
 
 function showSignIn(isNeeded) {

@@ -225,7 +225,7 @@ async function refresh() {
   try {
     if (!isSignedOut) await show();
   } catch (error) {
-    if (byId("sign-in").hidden) notify(`the service does not answer: ${error.message}`);
+    if (error.status !== 401) notify(`the service does not answer: ${error.message}`);
   }
   setTimeout(refresh, REFRESH_MS);
 }
