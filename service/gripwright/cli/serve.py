@@ -36,6 +36,7 @@ def serve(
         port=settings.port,
         log_config=None,
         access_log=False,
+        server_header=False,
         timeout_graceful_shutdown=_GRACE_S,
     )
     listener = config.bind_socket()

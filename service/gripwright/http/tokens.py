@@ -44,9 +44,10 @@ class IssuerKeys:
                     self._keys, self._fetched_s = self._fetch(), now_s
         if not self._is_live():
             raise NotReady("the issuer of bearer tokens does not answer")
-        if key_id not in self._keys:
+        found = self._keys.get(key_id)
+        if found is None:
             raise NotAuthenticated("the token is signed by a key that the issuer does not publish")
-        return self._keys[key_id]
+        return found
 
     def _has(self, key_id: str | None) -> bool:
         return self._is_live() and key_id in self._keys
