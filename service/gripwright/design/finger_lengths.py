@@ -69,9 +69,8 @@ def _last_palm_touch(check: HandCheck, grasp: Grasp, envelope_mm: float, low_mm:
     scene = check.scene
     last: _Touch = (-np.inf, None)
     X_PG = scene.X_PC @ grasp.X_CG
-    for vertices in check.palm(envelope_mm):
-        solid = check.sweeps.polytope(vertices, 0.0)
-        out = _withdrawn(solid.swept(_BACK * check.far_mm))
+    for solid, way_out in check.palm(envelope_mm):
+        out = _withdrawn(way_out)
         for among, X in ((scene.attached, grasp.X_CG), *((scene.standing, place @ X_PG) for place in check.ends)):
             last = _later(last, among.last_touch(out, standing(X), max(last[0], low_mm), LENGTH_LIMIT_MM))
         span = (max(last[0], low_mm), LENGTH_LIMIT_MM)
