@@ -86,9 +86,7 @@ def _completed(
     return tuple(grippers)
 
 
-def _moved(
-    gripper: GripperParameters, part: Demands, problem: GripperSetProblem, demands: Demands
-) -> GripperParameters:
+def _moved(gripper: GripperParameters, part: Demands, problem: GripperSetProblem, demands: Demands) -> GripperParameters:
     """A gripper that holds all that this one holds of a part of the problem, and as much as may be of the whole."""
     kept = held_by(gripper, problem, part)
     same = demands.class_of == list(problem.classes).index(gripper.gripper_type)

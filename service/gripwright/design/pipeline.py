@@ -54,6 +54,7 @@ def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner
                 "selection": _ref(selection),
                 "cads": _refs(cads),
                 "checks": _refs(checks),
+                "unavailable": _ref(runner.put(catalogue.unavailable(actuators, plan.actuators))),
             }
         ],
     )
