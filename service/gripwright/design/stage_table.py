@@ -56,6 +56,6 @@ STAGES: Mapping[str, Stage] = {
         ),
         Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "seed"), version=3),
         Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=2),
-        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=6),
+        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=7),
     )
 }
