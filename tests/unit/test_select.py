@@ -281,6 +281,15 @@ def test_the_reason_against_an_actuator_is_the_one_that_decides(figures: dict[st
     assert words in reason.detail
 
 
+def test_an_actuator_that_bears_lighter_fingers_alone_outdoes_none() -> None:
+    actuators = [make_actuator("dainty", mass_kg=0.4, finger_mass_max_kg=0.1), make_actuator("sturdy", opening_max_mm=40.0)]
+
+    selection = run([make_verdict("1", make_free(30.0))], actuators)
+
+    assert [gripper.actuator.model for gripper in selection.grippers] == ["dainty"]
+    assert selection.not_chosen["G1"]["M/sturdy"].code == "heavier"
+
+
 def test_prices_are_the_reason_where_all_are_known() -> None:
     actuators = [make_actuator("chosen", price=10.0, opening_max_mm=30.0), make_actuator("other", price=20.0, stroke_mm=30.0)]
 

@@ -188,6 +188,7 @@ def _outdoes(other: Actuator, actuator: Actuator, costs: Mapping[str, float], gr
             -catalogue.actuator_envelope_mm(one),
             _opening_limit_mm(one),
             _finger_length_max_mm(one),
+            math.inf if one.finger_mass_max_kg is None else one.finger_mass_max_kg,
             math.inf if one.grip_force_N is None else one.grip_force_N,
             -costs[one.name],
         )
