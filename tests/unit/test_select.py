@@ -287,6 +287,7 @@ def test_an_actuator_that_bears_lighter_fingers_alone_outdoes_none() -> None:
     selection = run([make_verdict("1", make_free(30.0))], actuators)
 
     assert [gripper.actuator.model for gripper in selection.grippers] == ["dainty"]
+    assert selection.optimum["cost"] == {"basis": "mass", "sum": 0.4, "unknown_forces": 0}
     assert selection.not_chosen["G1"]["M/sturdy"].code == "heavier"
 
 
@@ -296,6 +297,7 @@ def test_prices_are_the_reason_where_all_are_known() -> None:
     selection = run([make_verdict("1", make_free(30.0))], actuators)
 
     assert selection.not_chosen["G1"]["M/other"] == Rejection("dearer", "price 20, that of M/chosen 10")
+    assert selection.optimum["cost"] == {"basis": "price", "sum": 10.0, "unknown_forces": 0}
 
 
 def test_a_gripper_that_is_owned_is_used_before_a_new_one() -> None:

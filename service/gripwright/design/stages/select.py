@@ -1,6 +1,6 @@
 """From what can be held to the smallest set of grippers: actuator, opening range, finger length and handles of each."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -85,7 +85,7 @@ def select(
     offers = _offers(actuators, offer, demands, options)
     return Selection(
         grippers=grippers,
-        optimum=_optimum(solution, list(assigned.values())),
+        optimum={**_optimum(solution, list(assigned.values())), "cost": _cost(grippers, owned, offers)},
         not_covered={
             verdict.operation: _shortfall(verdict, demands[verdict.operation])
             for verdict in verdicts
@@ -272,6 +272,17 @@ def _optimum(solution: GripperSet, assigned: Sequence[int]) -> dict[str, Any]:
         "candidates": solution.candidates,
         "tool_changes": sum(a != b for a, b in pairwise(assigned)),
         "objectives": dict(solution.detail),
+    }
+
+
+def _cost(grippers: Sequence[Gripper], owned: Container[str], offers: Offers) -> dict[str, Any]:
+    """What the actuators to buy cost, and in what: prices where all that may be chosen have one, else masses in kg."""
+    bought = [gripper.actuator for gripper in grippers if gripper.id not in owned]
+    sums = [actuator.price if offers.priced else catalogue.mass_or_default_kg(actuator) for actuator in bought]
+    return {
+        "basis": "price" if offers.priced else "mass",
+        "sum": round(sum(figure for figure in sums if figure is not None), 6),
+        "unknown_forces": sum(actuator.grip_force_N is None for actuator in bought),
     }
 
 
