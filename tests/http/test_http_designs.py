@@ -122,7 +122,7 @@ def test_a_failed_design_is_a_resource_that_says_why(client, design_id, jobs):
 
 
 def test_the_bom_comes_in_the_form_that_is_accepted(client, design_id, finish, problem):
-    finish(design_id)
+    finish(design_id, operations=[{"id": "a"}, {"id": "b"}])
     url = f"/api/v1/designs/{design_id}/bom"
 
     plain = client.get(url)
@@ -146,7 +146,7 @@ def test_the_bom_comes_in_the_form_that_is_accepted(client, design_id, finish, p
 
 
 def test_the_bom_comes_flat_and_in_levels_too(client, design_id, finish, problem):
-    finish(design_id)
+    finish(design_id, operations=[{"id": "a"}, {"id": "b"}])
     url = f"/api/v1/designs/{design_id}/bom"
 
     flat = client.get(f"{url}?view=flat").json()["items"]

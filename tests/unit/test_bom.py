@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gripwright.design.bom_forms import LEVELS, bom_csv, bom_flat, bom_row, bom_views
+from gripwright.design.bom_forms import FLAT, LEVELS, bom_csv, bom_flat, bom_row, bom_views
 from gripwright.design.stages.bom import COLUMNS, BomRow, bom, finger_part_number
 from gripwright.domain.assembly import AssemblyTask, Operation
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, Grasp, Hold
@@ -123,13 +123,16 @@ def test_the_csv_has_a_row_an_item_and_reads_back() -> None:
     assert table[2]["mass_kg"] == ""
 
 
-PRODUCT = {"part_number": "CP-1300", "revision": "A"}
+DESIGN = {
+    "product": {"part_number": "CP-1300", "revision": "A"},
+    "operations": [{"id": "op-2"}, {"id": "op-1"}],
+}
 
 
 def make_levels(**changes: Any) -> list[dict[str, Any]]:
     grippers = [make_gripper("G1", "op-1", "op-2"), make_gripper("G2", "op-1"), make_gripper("G3", "op-2")]
     fingers = {"G1": make_finger(**changes), "G2": make_finger()}
-    return bom_views(PRODUCT, bom(make_task(), grippers, fingers, {"G3": "old"}))[LEVELS][1]
+    return bom_views(DESIGN, bom(make_task(), grippers, fingers, {"G3": "old"}))[LEVELS][1]
 
 
 def test_the_multi_level_bill_is_a_set_of_grippers_of_items() -> None:
@@ -167,9 +170,17 @@ def test_assemblies_have_numbers_that_change_with_their_parts_alone() -> None:
 def test_an_assembly_weighs_what_its_parts_do_where_all_are_known() -> None:
     alone = bom(make_task(), [make_gripper("G1")], {}, {})
 
-    levels = bom_views(PRODUCT, alone)[LEVELS][1]
+    levels = bom_views(DESIGN, alone)[LEVELS][1]
 
     assert (levels[1]["mass_kg"], make_levels()[1]["mass_kg"]) == (0.37, None)  # the mass of screws is not known
+
+
+def test_operations_stand_in_the_order_of_the_sequence_in_every_form() -> None:
+    rows = bom(make_task(), [make_gripper("G1", "op-1"), make_gripper("G2", "op-2")], {}, {})
+
+    forms = bom_views(DESIGN, rows)
+
+    assert forms[FLAT][1][0]["operations"] == forms[LEVELS][1][0]["operations"] == ["op-2", "op-1"]
 
 
 def test_a_row_is_the_same_from_its_json_values() -> None:

@@ -15,13 +15,21 @@ _ASSEMBLY_FILES = ("gripper.glb", "gripper.urdf", "tool.json")
 _SEPARATOR = "; "
 
 
-def bom_views(product: Mapping[str, str], rows: Sequence[BomRow]) -> dict[str, tuple[tuple[str, ...], list[dict[str, Any]]]]:
-    """The bill in its forms, by name: by gripper, flat (what to order in all) and multi-level; columns and rows of each."""
-    return {
+def bom_views(design: Mapping[str, Any], rows: Sequence[BomRow]) -> dict[str, tuple[tuple[str, ...], list[dict[str, Any]]]]:
+    """The bill in its forms, by name: by gripper, flat (what to order in all) and multi-level; columns and rows of each.
+
+    `design` is the document of which they are the rows; operations stand in the order of its sequence.
+    """
+    sequence = [operation["id"] for operation in design["operations"]]
+    forms = {
         BY_GRIPPER: (COLUMNS, [row.to_dict() for row in rows]),
         FLAT: (COLUMNS, [row.to_dict() for row in bom_flat(rows)]),
-        LEVELS: (LEVEL_COLUMNS, bom_levels(product, rows)),
+        LEVELS: (LEVEL_COLUMNS, bom_levels(design["product"], rows)),
     }
+    for _, form in forms.values():
+        for row in form:
+            row["operations"].sort(key=sequence.index)
+    return forms
 
 
 def bom_csv(rows: Sequence[Mapping[str, Any]], columns: Sequence[str] = COLUMNS) -> str:

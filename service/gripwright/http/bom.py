@@ -24,7 +24,7 @@ _NAMES: Mapping[View, str] = {"by-gripper": BY_GRIPPER, "flat": FLAT, "levels": 
 def bom_response(document: Mapping[str, Any], view: View, accept: str, name: str) -> Response:
     """The bill of a design document in one of its forms, as JSON, CSV or XLSX, whichever `accept` likes best."""
     media_type = preferred(accept, (JSON, CSV, XLSX))
-    columns, rows = bom_views(document["product"], [bom_row(row) for row in document["bom"]])[_NAMES[view]]
+    columns, rows = bom_views(document, [bom_row(row) for row in document["bom"]])[_NAMES[view]]
     if media_type == JSON:
         return JSONResponse({"items": rows}, headers={"Vary": "Accept"})
     ending = "csv" if media_type == CSV else "xlsx"

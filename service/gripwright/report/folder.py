@@ -27,7 +27,7 @@ _RAYS, _CONE_RAD = 30, float(np.radians(120.0))
 
 def design_folder(result: DesignResult, hands: Mapping[str, HandModel]) -> dict[str, bytes]:
     """Every file of the folder; the same result gives the same bytes."""
-    bills = bom_views(result.document["product"], result.bom)
+    bills = bom_views(result.document, result.bom)
     files: dict[str, bytes] = {
         "design.json": json.dumps(result.document, indent=1, allow_nan=False, ensure_ascii=False).encode(),
         **{f"{name}.csv": bom_csv(rows, columns).encode() for name, (columns, rows) in bills.items()},
