@@ -1,7 +1,8 @@
-"""Why a gripper of the set has the actuator that it has: for each of the others what speaks against it."""
+"""Why a gripper of the set has the actuator that it has: for each of the others what speaks against it, and what it costs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -41,6 +42,16 @@ def not_chosen(gripper: Gripper, offers: Offers) -> dict[str, Rejection]:
         actuator.name: _reason(actuator, gripper, offers)
         for actuator in offers.actuators
         if actuator.name != gripper.actuator.name
+    }
+
+
+def total_cost(bought: Sequence[Actuator], offers: Offers) -> dict[str, Any]:
+    """What actuators cost, as JSON, and in what: prices where all on offer have one, else masses in kg."""
+    sums = [actuator.price if offers.priced else mass_or_default_kg(actuator) for actuator in bought]
+    return {
+        "basis": "price" if offers.priced else "mass",
+        "sum": round(sum(figure for figure in sums if figure is not None), 6),
+        "unknown_forces": sum(actuator.grip_force_N is None for actuator in bought),
     }
 
 

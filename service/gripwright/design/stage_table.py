@@ -52,7 +52,7 @@ STAGES: Mapping[str, Stage] = {
             at=_AT,
             uses=("optimizer", "hand"),
             plan_fields=("plan", "release_clearance", "finger_length_step", "safety_factor", "seed"),
-            version=4,
+            version=5,
         ),
         Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "seed"), version=3),
         Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=2),

@@ -1,14 +1,23 @@
 """From what can be held to the smallest set of grippers: actuator, opening range, finger length and handles of each."""
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
 from gripwright.design import catalogue
-from gripwright.design.actuation import ActuatorClass, HoldPolicy, Shortfall, classes_of, costs_of, outdone, owned_class
+from gripwright.design.actuation import (
+    ActuatorClass,
+    HoldPolicy,
+    Shortfall,
+    classes_of,
+    costs_of,
+    outdone,
+    owned_class,
+    with_shorter_fingers,
+)
 from gripwright.design.handles import HeldGrasp, best_handle, fewest_changes, free_grasps
-from gripwright.design.not_chosen import ActuatorGrip, Offers, not_chosen
+from gripwright.design.not_chosen import ActuatorGrip, Offers, not_chosen, total_cost
 from gripwright.design.plan import Plan
 from gripwright.design.shortfall import closest, without_actuator, without_grasp
 from gripwright.design.toolbox import Toolbox
@@ -30,6 +39,7 @@ class SelectOptions:
     enforce_hold: bool = True
     weigh_sequence: bool = True  # least cost and fewest tool changes before the shortest fingers
     owned: tuple[Gripper, ...] = ()
+    too_heavy: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # actuator → `finger_length` (mm), `detail`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -85,7 +95,10 @@ def select(
     offers = _offers(actuators, offer, demands, options)
     return Selection(
         grippers=grippers,
-        optimum={**_optimum(solution, list(assigned.values())), "cost": _cost(grippers, owned, offers)},
+        optimum={
+            **_optimum(solution, list(assigned.values())),
+            "cost": total_cost([g.actuator for g in grippers if g.id not in owned], offers),
+        },
         not_covered={
             verdict.operation: _shortfall(verdict, demands[verdict.operation])
             for verdict in verdicts
@@ -129,7 +142,8 @@ def _offer(
         beaten = outdone(fitting, costs, grip)
         worse.update({(name, grip): rejection for name, rejection in beaten.items()})
         best = [actuator for actuator in fitting if actuator.name not in beaten]
-        classes.update({kind.key: kind for kind in classes_of(best, costs, frees, hands[gripper_type], grip)})
+        for kind in classes_of(best, costs, frees, hands[gripper_type], grip):
+            classes[kind.key] = with_shorter_fingers(kind, options.too_heavy)
     owned = {f"owned|{i}": i for i in range(len(options.owned))}
     classes.update({key: owned_class(key, options.owned[i], hands[options.owned[i].gripper_type]) for key, i in owned.items()})
     return _Offer(classes=classes, owned=owned, outdone=worse, costs=costs, policy=policy)
@@ -272,17 +286,6 @@ def _optimum(solution: GripperSet, assigned: Sequence[int]) -> dict[str, Any]:
         "candidates": solution.candidates,
         "tool_changes": sum(a != b for a, b in pairwise(assigned)),
         "objectives": dict(solution.detail),
-    }
-
-
-def _cost(grippers: Sequence[Gripper], owned: Container[str], offers: Offers) -> dict[str, Any]:
-    """What the actuators to buy cost, and in what: prices where all that may be chosen have one, else masses in kg."""
-    bought = [gripper.actuator for gripper in grippers if gripper.id not in owned]
-    sums = [actuator.price if offers.priced else catalogue.mass_or_default_kg(actuator) for actuator in bought]
-    return {
-        "basis": "price" if offers.priced else "mass",
-        "sum": round(sum(figure for figure in sums if figure is not None), 6),
-        "unknown_forces": sum(actuator.grip_force_N is None for actuator in bought),
     }
 
 
