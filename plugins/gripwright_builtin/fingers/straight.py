@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import CENTRIC_3, INTERNAL, PARALLEL_2
-from gripwright.domain.gripper import FingerDesign, FingerSpec
+from gripwright.domain.gripper import FINGER_TOO_HEAVY, FingerDesign, FingerSpec
 from gripwright.domain.shape import FloatArray
 from gripwright.plugin_api import Params, RunContext
 from gripwright_builtin.fingers.materials import BY_KEY, Material
@@ -104,7 +104,7 @@ class StraightFinger:
         mass = measure.volume_mm3 * 1e-9 * build.material.density_kg_m3
         limit = spec.actuator.finger_mass_max_kg
         if limit is not None and mass > limit:
-            return Rejection("finger-too-heavy", f"a finger of {build.material.name} has {mass:.3f} kg, at most {limit:.3f}")
+            return Rejection(FINGER_TOO_HEAVY, f"a finger of {build.material.name} has {mass:.3f} kg, at most {limit:.3f}")
         return FingerDesign(
             brep=brep.write_brep(shape),
             mesh=brep.tessellate(shape, angle_rad=_NOSE_STEP_RAD) if isinstance(plan.stem, SliceStem) else brep.tessellate(shape),

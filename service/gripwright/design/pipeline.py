@@ -13,7 +13,7 @@ from gripwright.design.plan import Plan
 from gripwright.design.runner import Ref, Runner
 from gripwright.domain.assembly import AssemblyTask, Component, Operation
 from gripwright.domain.errors import Fault, InvalidInput, Rejection
-from gripwright.domain.gripper import Actuator, Gripper, without_handles
+from gripwright.domain.gripper import FINGER_TOO_HEAVY, Actuator, Gripper, without_handles
 from gripwright.domain.shape import Mesh
 
 _ATTEMPTS = 6
@@ -54,6 +54,7 @@ def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner
                 "selection": _ref(selection),
                 "cads": _refs(cads),
                 "checks": _refs(checks),
+                "unavailable": _ref(runner.put(catalogue.unavailable(actuators, plan.actuators))),
             }
         ],
     )
@@ -63,14 +64,16 @@ def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner
 def _grippers(problem: Mapping[str, Any], runner: Runner) -> tuple[Ref, list[Ref]]:
     """The gripper set and the CAD of each gripper (None: it is owned).
 
+    Where the finger is too heavy for its actuator, that one is offered with shorter fingers alone, and the set is chosen again.
     Where no finger can be made for what a gripper has to bear, its heaviest grasp is barred, and with it all of the same grip
     that are heavier in that operation, and the set is chosen again; after `_ATTEMPTS` with grippers of one grip their
     operations are barred for it.
     """
     barred: dict[str, dict[str, Any]] = {}
+    too_heavy: dict[str, dict[str, Any]] = {}
     attempts: Counter[str] = Counter()
     while True:
-        (selection,) = runner.map("select", [{**problem, "barred": barred}])
+        (selection,) = runner.map("select", [{**problem, "barred": barred, "too_heavy": too_heavy}])
         grippers: Sequence[Gripper] = runner.get(selection).grippers
         cads = _cads(grippers, runner.get(selection).owned, runner)
         refused = [
@@ -80,8 +83,12 @@ def _grippers(problem: Mapping[str, Any], runner: Runner) -> tuple[Ref, list[Ref
         if not refused or max(attempts.values()) > 2 * _ATTEMPTS:
             return selection, cads
         for gripper, cad in refused:
-            heaviest = max(gripper.handles, key=lambda handle: handle.hold.required_force_N)
             last = attempts[gripper.grip] >= _ATTEMPTS
+            if cad.code == FINGER_TOO_HEAVY:
+                limit = {"finger_length": 0.0 if last else gripper.finger_length_mm, "detail": cad.detail}
+                too_heavy = {**too_heavy, gripper.actuator.name: limit}
+                continue
+            heaviest = max(gripper.handles, key=lambda handle: handle.hold.required_force_N)
             for handle in gripper.handles if last else (heaviest,):
                 limit = {"force": 0.0 if last else handle.hold.required_force_N, "detail": cad.detail}
                 barred = {**barred, handle.operation: {**barred.get(handle.operation, {}), gripper.grip: limit}}

@@ -56,6 +56,7 @@ class DesignParts:
     selection: Selection
     cads: Sequence[GripperCad | Rejection | None]
     checks: Sequence[Sequence[HandleReport]]  # one a gripper, one a handle
+    unavailable: Mapping[str, Rejection]  # actuator of the catalogue that the plan does not use → why not
 
 
 def design_result(parts: DesignParts, plan: Plan, versions: Mapping[str, PluginVersion]) -> DesignResult:
@@ -78,7 +79,10 @@ def design_result(parts: DesignParts, plan: Plan, versions: Mapping[str, PluginV
         "operations": list(operations.values()),
         "components": components,
         "grippers": [
-            _gripper(gripper, cad, checks, parts.selection.owned.get(gripper.id))
+            {
+                **_gripper(gripper, cad, checks, parts.selection.owned.get(gripper.id)),
+                "not_chosen": _not_chosen(parts, gripper.id),
+            }
             for gripper, cad, checks in zip(parts.selection.grippers, parts.cads, parts.checks, strict=True)
         ],
         "optimum": parts.selection.optimum,
@@ -226,6 +230,12 @@ def _gripper(
         "finger": None if made is None else _finger(made),
         "handles": [_handle(handle, check, gripper) for handle, check in zip(gripper.handles, checks, strict=True)],
     }
+
+
+def _not_chosen(parts: DesignParts, gripper_id: str) -> list[dict[str, str]]:
+    """Each other actuator and why the gripper does not have it; of none where the gripper is owned."""
+    reasons = {**parts.selection.not_chosen[gripper_id], **parts.unavailable} if gripper_id in parts.selection.not_chosen else {}
+    return [{"actuator": name, "code": reason.code, "detail": reason.detail} for name, reason in sorted(reasons.items())]
 
 
 def _finger(cad: GripperCad) -> dict[str, Any]:

@@ -60,10 +60,10 @@ STAGES: Mapping[str, Stage] = {
             at=_AT,
             uses=("optimizer", "hand"),
             plan_fields=("plan", "release_clearance", "finger_length_step", "safety_factor", "seed"),
-            version=3,
+            version=6,
         ),
         Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "seed"), version=3),
         Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=4, remembers=True),
-        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=5),
+        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=7),
     )
 }

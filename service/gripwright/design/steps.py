@@ -241,7 +241,7 @@ def _held_scene(inputs: Mapping[str, Any], held: Participant, plan: Plan) -> tup
 
 def _select(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:
     verdicts = [without_barred(verdict, inputs["barred"].get(verdict.operation, {})) for verdict in inputs["verdicts"]]
-    options = dataclasses.replace(select.options_of(plan), owned=inputs["owned"])
+    options = dataclasses.replace(select.options_of(plan), owned=inputs["owned"], too_heavy=inputs["too_heavy"])
     return select.select(inputs["task"], verdicts, inputs["actuators"], options, toolbox, ctx)
 
 

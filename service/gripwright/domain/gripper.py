@@ -9,6 +9,10 @@ BOUND_TOLERANCE_MM = 1e-9
 """Closed bounds: two figures that are equal as decimals stay equal when binary sums of them differ in the last digit."""
 
 
+FINGER_TOO_HEAVY = "finger-too-heavy"
+"""Code of a finger designer's rejection after which another actuator, or a shorter finger, is tried."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Actuator:
     """A bought gripper actuator (air chuck, electric gripper). None: the maker's figure is not known."""

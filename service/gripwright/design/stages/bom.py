@@ -1,8 +1,6 @@
 """The bill of materials: one row a bought or made item of each gripper, with part numbers that depend on content alone."""
 
-import csv
 import hashlib
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -12,7 +10,10 @@ import numpy as np
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.gripper import FingerDesign, Gripper
 
-BUY, MAKE, OWNED = "buy", "make", "owned"
+BUY, MAKE, ASSEMBLE, OWNED = "buy", "make", "assemble", "owned"
+
+_FINGER_FILES = ("finger.step", "finger.stl", "finger.3mf", "finger.svg")
+_BODY_FILES = ("body.step", "body.stl")
 
 _SCREWS_A_FINGER = 2
 _SCREW_DEFAULT_MM = (4.0, 16.0)  # thread and length where the finger does not state its base
@@ -21,7 +22,6 @@ _ENGAGEMENT = 1.2  # least length of thread in the jaw, in diameters
 _HEAD_CLEARANCE_MM = 0.5  # how far a head, as high as the thread is thick, is sunk below the surface
 _PIN_LENGTH_MM = 10.0
 _MESH_GRID_MM = 1e-3  # vertices are rounded to it before they are hashed
-_SEPARATOR = "; "
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,57 +66,11 @@ def bom(
         if gripper.id in owned:
             rows.append(_owned_row(gripper, owned[gripper.id], operations))
             continue
-        rows.append(_actuator_row(gripper, operations))
+        rows.append(_actuator_row(gripper, operations, made=gripper.id in fingers))
         if gripper.id in fingers:
-            rows.extend(_finger_rows(gripper, fingers[gripper.id], operations))
+            parts = _finger_rows(gripper, fingers[gripper.id], operations)
+            rows.extend(replace(part, operations=operations) for part in parts)
     return rows
-
-
-def bom_csv(rows: Sequence[BomRow]) -> str:
-    """The rows as CSV with a header; several values in a cell are separated by a semicolon."""
-    target = io.StringIO()
-    writer = csv.writer(target, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for row in rows:
-        writer.writerow(_cell(value) for value in row.to_dict().values())
-    return target.getvalue()
-
-
-def bom_tree(task: AssemblyTask, rows: Sequence[BomRow]) -> dict[str, Any]:
-    """The same as a multi-level bill: the set of grippers, each an assembly of its items."""
-    assemblies: dict[str, list[BomRow]] = {}
-    for row in rows:
-        assemblies.setdefault(row.gripper, []).append(row)
-    items = [
-        {
-            "item": "gripper",
-            "gripper": gripper,
-            "part_number": _part_number("G", "\n".join(f"{row.quantity} {row.maker} {row.part_number}" for row in own)),
-            "quantity": 1,
-            "items": [row.to_dict() for row in own],
-        }
-        for gripper, own in assemblies.items()
-    ]
-    return {"item": "gripper set", "product": task.part_number, "revision": task.revision, "items": items}
-
-
-def totals(rows: Sequence[BomRow]) -> list[BomRow]:
-    """What to buy and to make in all: rows of the same part joined, whichever gripper they belong to."""
-    joined: dict[tuple[str, str, str], BomRow] = {}
-    for row in rows:
-        key = (row.make_or_buy, row.maker, row.part_number)
-        if key not in joined:
-            joined[key] = row
-            continue
-        earlier = joined[key]
-        joined[key] = replace(
-            earlier,
-            gripper=f"{earlier.gripper}{_SEPARATOR}{row.gripper}",
-            quantity=earlier.quantity + row.quantity,
-            operations=tuple(dict.fromkeys((*earlier.operations, *row.operations))),
-            files=tuple(dict.fromkeys((*earlier.files, *row.files))),
-        )
-    return list(joined.values())
 
 
 def finger_part_number(finger: FingerDesign) -> str:
@@ -124,10 +78,10 @@ def finger_part_number(finger: FingerDesign) -> str:
     vertices = np.round(finger.mesh.vertices_mm / _MESH_GRID_MM).astype(np.int64)  # (n, 3)
     triangles = vertices[finger.mesh.faces].reshape(-1, 9)
     ordered = triangles[np.lexsort(triangles.T[::-1])]  # whatever the order of the faces
-    return _part_number("F", finger.material.encode() + ordered.tobytes())
+    return part_number("F", finger.material.encode() + ordered.tobytes())
 
 
-def _actuator_row(gripper: Gripper, operations: tuple[str, ...]) -> BomRow:
+def _actuator_row(gripper: Gripper, operations: tuple[str, ...], *, made: bool) -> BomRow:
     actuator = gripper.actuator
     return BomRow(
         gripper=gripper.id,
@@ -140,7 +94,7 @@ def _actuator_row(gripper: Gripper, operations: tuple[str, ...]) -> BomRow:
         description=f"{gripper.gripper_type} gripper actuator, stroke {actuator.stroke_mm:g} mm",
         mass_kg=actuator.mass_kg,
         operations=operations,
-        files=(f"grippers/{gripper.id}/body.stl",),
+        files=tuple(f"grippers/{gripper.id}/{name}" for name in _BODY_FILES) if made else (),
     )
 
 
@@ -173,7 +127,7 @@ def _finger_rows(gripper: Gripper, finger: FingerDesign, operations: tuple[str, 
         material=finger.material,
         mass_kg=round(finger.mass_kg, 6),
         operations=operations,
-        files=tuple(f"grippers/{gripper.id}/finger.{suffix}" for suffix in ("step", "stl", "3mf")),
+        files=tuple(f"grippers/{gripper.id}/{name}" for name in _FINGER_FILES),
     )
     thread_mm, length_mm = _screw(finger.properties)
     rows = [made, _standard_row(gripper, "screw", f"ISO 4762 M{thread_mm:g}x{length_mm:g}-8.8", "steel 8.8", _SCREWS_A_FINGER)]
@@ -208,12 +162,7 @@ def _standard_row(gripper: Gripper, item: str, designation: str, material: str, 
     )
 
 
-def _part_number(kind: str, content: bytes | str) -> str:
+def part_number(kind: str, content: bytes | str) -> str:
+    """A number that depends on content alone."""
     digest = hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
     return f"GW-{kind}-{digest[:10].upper()}"
-
-
-def _cell(value: Any) -> Any:
-    if isinstance(value, list):
-        return _SEPARATOR.join(value)
-    return "" if value is None else value
