@@ -28,18 +28,28 @@ class Stem(Protocol):
         ...
 
     def solid(self, length_mm: float) -> brep.Shape:
-        """The stem, rooted 1 mm deep in the base."""
+        """The stem with its pad, rooted 1 mm deep in the base."""
+        ...
+
+    def pad(self, length_mm: float) -> brep.Shape | None:
+        """The pad alone: the layer next to the gripping surface, from the tip to the base. None: there is none."""
+        ...
+
+    @property
+    def wall_mm(self) -> float:
+        """Thickness of the stem without its pad."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlatStem:
-    """A rectangle; its outer edges are chamfered, those of the gripping surface are not."""
+    """A rectangle; its outer edges are chamfered, those of the gripping surface are not. The pad covers one side of it."""
 
-    thickness_mm: float
+    thickness_mm: float  # pad included
     width_mm: float
     chamfer_mm: float
     inside: bool  # an internal grip: it lies at x ≤ 0
+    pad_mm: float
 
     @property
     def outline_mm(self) -> FloatArray:
@@ -49,8 +59,13 @@ class FlatStem:
 
     @property
     def section(self) -> Section:
-        """The chamfers are left out of account."""
-        return rectangle_section(self.thickness_mm, self.width_mm)
+        """Of what carries the pad; the chamfers are left out of account."""
+        return rectangle_section(self.wall_mm, self.width_mm)
+
+    @property
+    def wall_mm(self) -> float:
+        """All but the pad."""
+        return self.thickness_mm - self.pad_mm
 
     def solid(self, length_mm: float) -> brep.Shape:
         """Chamfered along the outer edges and at the tip."""
@@ -63,10 +78,15 @@ class FlatStem:
             return stem
         return brep.chamfer(stem, c, np.array([outer, -y, 0.0]), np.array([outer, y, 0.0]))
 
+    def pad(self, length_mm: float) -> brep.Shape:
+        """A strip as wide as the stem."""
+        y, (low, high) = self.width_mm / 2.0, sorted((0.0, -self.pad_mm if self.inside else self.pad_mm))
+        return brep.box((low, -y, -length_mm), (high, y, 0.0))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SliceStem:
-    """A third of a cylinder without its core, at x ≤ 0: the round side is the nose that touches a bore."""
+    """A third of a cylinder without its core, at x ≤ 0: the round side is the nose that touches a bore. It carries no pad."""
 
     nose_radius_mm: float
     thickness_mm: float  # from the nose towards the axis
@@ -83,11 +103,19 @@ class SliceStem:
         """Of the outline."""
         return polygon_section(self.outline_mm)
 
+    @property
+    def wall_mm(self) -> float:
+        """All of it."""
+        return self.thickness_mm
+
     def solid(self, length_mm: float) -> brep.Shape:
         """The nose is an exact cylinder, whole up to the tip."""
         back, front = self._flanks(-self.thickness_mm), self._flanks(1.0)
         wedge = brep.prism_z(np.concatenate([back, front[::-1]]), -length_mm - 1.0, 0.0)
         return brep.common(brep.cylinder_z(-self.nose_radius_mm, 0.0, self.nose_radius_mm, -length_mm - 1.0, 0.0), wedge)
+
+    def pad(self, length_mm: float) -> None:
+        """There is none: a layer round the nose would leave too little of a stem that a bore keeps thin."""
 
     def _flanks(self, x_mm: float) -> FloatArray:
         """Where the planes between neighbouring slices pass x, (2, 2)."""

@@ -46,7 +46,7 @@ STAGES: Mapping[str, Stage] = {
         Stage(name="fit", at=_AT, uses=("fitter",), plan_fields=("seed",), version=5),
         Stage(name="keep", at=_AT),
         Stage(name="grips", at=_AT, uses=("affordance", "rule"), plan_fields=("plan", "seed"), version=2),
-        Stage(name="constraints", at=_AT, uses=("hand", "planner"), plan_fields=("plan", *_GRASPING), version=5),
+        Stage(name="constraints", at=_AT, uses=("hand", "planner"), plan_fields=("plan", "pad", *_GRASPING), version=6),
         Stage(
             name="select",
             at=_AT,
@@ -54,8 +54,8 @@ STAGES: Mapping[str, Stage] = {
             plan_fields=("plan", "release_clearance", "finger_length_step", "safety_factor", "seed"),
             version=2,
         ),
-        Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "seed"), version=3),
+        Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "pad", "seed"), version=4),
         Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=2),
-        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=5),
+        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=6),
     )
 }

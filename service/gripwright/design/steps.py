@@ -110,6 +110,7 @@ def _requirements(primitives: Sequence[Any], reason: str, toolbox: Toolbox) -> t
 
 def _constraints(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> OperationVerdict:
     operation: Operation = inputs["operation"]
+    ctx = dataclasses.replace(ctx, pad=plan.pad.made)
     with ctx.timed("constraints.classify"):
         kind = classify(operation.motion, operation.fit, _marked(inputs["active"]), _marked(inputs["passive"]))
         operation = _with_default_force(operation, kind, plan)
@@ -234,7 +235,7 @@ def _fingers(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCo
         diameter,
         length,
         plan.safety_factor,
-        ctx,
+        dataclasses.replace(ctx, pad=plan.pad.made),
     )
 
 

@@ -12,7 +12,7 @@ from gripwright.design.gripper_assembly import gripper_parts
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.bom import bom_csv
 from gripwright.design.stages.fingers import GripperCad
-from gripwright.domain.gripper import Gripper
+from gripwright.domain.gripper import BondedFinger, Gripper
 from gripwright.domain.shape import Analysis
 from gripwright.geometry.shape_diameter import shape_diameters_mm
 from gripwright.plugin_api import HandModel
@@ -41,8 +41,9 @@ def design_folder(result: DesignResult, hands: Mapping[str, HandModel]) -> dict[
 
 def _gripper_files(gripper: Gripper, cad: GripperCad, result: DesignResult, hand: HandModel) -> dict[str, bytes]:
     name = f"{result.task.part_number}-{result.task.revision}-{gripper.id}-finger"
-    parts = gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, gripper.opening_max_mm)
-    return {
+    parts = gripper_parts(gripper, hand, cad.finger, cad.measures, cad.spec.jaw, gripper.opening_max_mm)
+    bonded = {} if cad.finger.bonded is None else _bonded_files(cad.finger.bonded, name)
+    return bonded | {
         "finger.step": step_bytes(cad.finger.brep, name=name, part_number=name, description=f"finger of gripper {gripper.id}"),
         "finger.stl": stl_bytes(cad.finger.mesh),
         "finger.3mf": threemf_bytes(cad.finger.mesh, name),
@@ -52,6 +53,18 @@ def _gripper_files(gripper: Gripper, cad: GripperCad, result: DesignResult, hand
         "gripper.glb": glb_bytes([GlbPart(name=part.name, mesh=part.mesh, colour=part.colour) for part in parts]),
         "tool.json": tool_json(gripper, cad).encode(),
         "gripper.urdf": gripper_urdf(gripper, cad, hand).encode(),
+    }
+
+
+def _bonded_files(bonded: BondedFinger, name: str) -> dict[str, bytes]:
+    """The two parts that are bonded to a finger: `finger.*` show them together."""
+    bare, pad = f"{name}-bare", f"{name}-pad"
+    return {
+        "finger_bare.step": step_bytes(bonded.bare.brep, name=bare, part_number=bare, description="finger without its pad"),
+        "finger_bare.stl": stl_bytes(bonded.bare.mesh),
+        "finger_bare.3mf": threemf_bytes(bonded.bare.mesh, bare),
+        "pad.step": step_bytes(bonded.pad.brep, name=pad, part_number=pad, description=bonded.pad.material),
+        "pad.stl": stl_bytes(bonded.pad.mesh),
     }
 
 

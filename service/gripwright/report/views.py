@@ -122,7 +122,7 @@ def _around(result: DesignResult, operation: Operation, place: FloatArray) -> tu
 
 
 def _parts(gripper: Gripper, cad: GripperCad, hand: HandModel, opening_mm: float, X: FloatArray) -> list[Shown]:
-    parts = gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, opening_mm)
+    parts = gripper_parts(gripper, hand, cad.finger, cad.measures, cad.spec.jaw, opening_mm)
     return [shown(part.mesh, X, part.colour) for part in parts]
 
 
