@@ -64,7 +64,7 @@ def make_padded(**changes: Any) -> FingerDesign:
     finger, pad = make_finger(**changes), make_finger().mesh
     bare = MadePart(brep=b"", mesh=finger.mesh, material=finger.material, mass_kg=0.001)
     strip = MadePart(brep=b"", mesh=pad, material="NBR 70 Shore A", mass_kg=0.0004)
-    return dataclasses.replace(finger, bonded=BondedFinger(bare=bare, pad=strip, adhesive="glue"))
+    return dataclasses.replace(finger, bonded=BondedFinger(bare=bare, pad=strip, pad_size_mm=(1.5, 10.0, 30.0), adhesive="glue"))
 
 
 def make_rows() -> list[BomRow]:

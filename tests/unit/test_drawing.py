@@ -90,7 +90,12 @@ def test_a_pad_is_drawn_on_its_seat_from_which_the_holes_are_measured() -> None:
         MadePart(brep=brep.write_brep(shape), mesh=brep.tessellate(shape), material=name, mass_kg=0.01)
         for shape, name in ((bare, "PA12"), (pad, "NBR 70 Shore A"))
     ]
-    padded = replace(cad, finger=replace(cad.finger, bonded=BondedFinger(bare=parts[0], pad=parts[1], adhesive="glue")))
+    padded = replace(
+        cad,
+        finger=replace(
+            cad.finger, bonded=BondedFinger(bare=parts[0], pad=parts[1], pad_size_mm=(1.5, 10.0, 30.0), adhesive="glue")
+        ),
+    )
 
     stated = words(finger_drawing(padded, title="Finger", part_number="F-1"))
 

@@ -1,10 +1,11 @@
-"""The stem of a straight finger in plan (finger frame, seen along z): a rectangle, or a slice of a cylinder for bores."""
+"""The stem of a finger in plan (finger frame, seen along z): a rectangle, hollow or not, or a slice of a cylinder for bores."""
 
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
+from gripwright.domain.groove import Groove
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry import brep
 from gripwright_builtin.fingers.outline import convex_hull, rectangle
@@ -12,6 +13,14 @@ from gripwright_builtin.fingers.stiffness import Section, polygon_section, recta
 
 _HALF_SLICE_RAD = np.pi / 3.0
 _ARC_POINTS = 61
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PadStrip:
+    """The pad in its place, and thickness, width and length of the flat strip that it is cut as."""
+
+    solid: brep.Shape
+    size_mm: tuple[float, float, float]
 
 
 class Stem(Protocol):
@@ -31,7 +40,7 @@ class Stem(Protocol):
         """The stem with its pad, rooted 1 mm deep in the base."""
         ...
 
-    def pad(self, length_mm: float) -> brep.Shape | None:
+    def pad(self, length_mm: float) -> PadStrip | None:
         """The pad alone: the layer next to the gripping surface, from the tip to the base. None: there is none."""
         ...
 
@@ -78,10 +87,54 @@ class FlatStem:
             return stem
         return brep.chamfer(stem, c, np.array([outer, -y, 0.0]), np.array([outer, y, 0.0]))
 
-    def pad(self, length_mm: float) -> brep.Shape:
+    def pad(self, length_mm: float) -> PadStrip:
         """A strip as wide as the stem."""
         y, (low, high) = self.width_mm / 2.0, sorted((0.0, -self.pad_mm if self.inside else self.pad_mm))
-        return brep.box((low, -y, -length_mm), (high, y, 0.0))
+        solid = brep.box((low, -y, -length_mm), (high, y, 0.0))
+        return PadStrip(solid=solid, size_mm=(self.pad_mm, self.width_mm, length_mm))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroovedStem:
+    """A flat stem whose gripping surface is hollow; the pad lines the groove."""
+
+    flat: FlatStem  # as thick as the stem is at the corners of the groove; for an external grip
+    groove: Groove
+
+    @property
+    def outline_mm(self) -> FloatArray:
+        """The rectangle around it."""
+        return self.flat.outline_mm
+
+    @property
+    def section(self) -> Section:
+        """Of the rectangle behind the pad where the groove is deepest."""
+        return rectangle_section(self.wall_mm, self.flat.width_mm)
+
+    @property
+    def wall_mm(self) -> float:
+        """Where the groove is deepest."""
+        return self.flat.wall_mm - self.groove.depth_mm
+
+    def solid(self, length_mm: float) -> brep.Shape:
+        """The flat stem without the cylinder of the groove; its root in the base is whole."""
+        return brep.cut(self.flat.solid(length_mm), [self._cylinder(self.groove.radius_mm, length_mm)])
+
+    def pad(self, length_mm: float) -> PadStrip:
+        """A strip bent into the groove, level with the stem's sides and corners."""
+        y, back = self.flat.width_mm / 2.0, self.flat.thickness_mm
+        within = brep.common(
+            brep.box((0.0, -y, -length_mm), (back, y, 0.0)), self._cylinder(self.groove.radius_mm + self.flat.pad_mm, length_mm)
+        )
+        middle = self.groove.radius_mm + self.flat.pad_mm / 2.0
+        across = float(2.0 * middle * np.arcsin(self.flat.width_mm / 2.0 / middle))  # as its middle layer
+        return PadStrip(
+            solid=brep.cut(within, [self._cylinder(self.groove.radius_mm, length_mm)]),
+            size_mm=(self.flat.pad_mm, across, length_mm),
+        )
+
+    def _cylinder(self, radius_mm: float, length_mm: float) -> brep.Shape:
+        return brep.cylinder_z(self.groove.axis_x_mm, 0.0, radius_mm, -length_mm, 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,11 +16,12 @@ from gripwright_builtin.fingers.bonding import bonded_finger
 from gripwright_builtin.fingers.materials import BY_KEY, Material
 from gripwright_builtin.fingers.outline import clip, convex_hull, inset_mm, rectangle, sector, width_mm
 from gripwright_builtin.fingers.screws import BY_THREAD, ScrewHole
-from gripwright_builtin.fingers.stem import FlatStem, SliceStem, Stem
+from gripwright_builtin.fingers.stem import FlatStem, GroovedStem, SliceStem, Stem
 from gripwright_builtin.fingers.stiffness import Bending, bend
 
 _TOLERANCE_MM = 1e-6
 _STEP_RAD = 0.25  # of the mesh of holes
+_GROOVE_DEVIATION_MM = 0.002  # of the mesh of a groove
 _NOSE_STEP_RAD = float(np.radians(3.0))  # of the mesh of a rounded nose: its flats stay parallel to what it touches
 
 
@@ -102,7 +103,7 @@ class StraightFinger:
             plan.stem.pad(spec.finger_length_mm),
             build.material,
             spec.pad,
-            _NOSE_STEP_RAD if isinstance(plan.stem, SliceStem) else _STEP_RAD,
+            _step_rad(plan.stem),
             self._properties(spec, plan, build),
         )
         limit = spec.actuator.finger_mass_max_kg
@@ -239,20 +240,25 @@ class StraightFinger:
         p = self._params
         if spec.grip == INTERNAL and spec.gripper_type == CENTRIC_3:
             return SliceStem(nose_radius_mm=p.nose_radius, thickness_mm=p.nose_thickness)
-        return FlatStem(
-            thickness_mm=p.thickness,
+        groove = spec.groove
+        flat = FlatStem(
+            thickness_mm=p.thickness + (0.0 if groove is None else groove.depth_mm),
             width_mm=p.width,
             chamfer_mm=p.chamfer,
             inside=spec.grip == INTERNAL,
             pad_mm=spec.pad.thickness_mm,
         )
+        return flat if groove is None else GroovedStem(flat=flat, groove=groove)
 
     def _properties(self, spec: FingerSpec, plan: _Plan, build: _Build) -> dict[str, float]:
         """Figures for the bill of materials and the drawing, mm, N and MPa."""
         p = self._params
         thickness, width = np.ptp(plan.stem.outline_mm, axis=0).tolist()
-        round_ = isinstance(plan.stem, SliceStem)
-        tip = {"nose_radius_mm": p.nose_radius} if round_ else {"pad_thickness_mm": spec.pad.thickness_mm}
+        tip = (
+            {"nose_radius_mm": p.nose_radius} if isinstance(plan.stem, SliceStem) else {"pad_thickness_mm": spec.pad.thickness_mm}
+        )
+        if spec.groove is not None:
+            tip |= {"groove_radius_mm": spec.groove.radius_mm, "contact_offset_mm": spec.groove.depth_mm}
         return tip | {
             "deflection_mm": build.bending.deflection_mm,
             "deflection_max_mm": p.deflection_max,
@@ -270,6 +276,17 @@ class StraightFinger:
             "bolt_pitch_mm": spec.jaw.bolt_pitch_mm,
             "pin_hole_mm": spec.jaw.pin_diameter_mm,
         }
+
+
+def _step_rad(stem: Stem) -> float:
+    """By how much the flats of the mesh turn at most."""
+    match stem:
+        case SliceStem():
+            return _NOSE_STEP_RAD
+        case GroovedStem():
+            return float(2.0 * np.arccos(1.0 - _GROOVE_DEVIATION_MM / stem.groove.radius_mm))
+        case _:
+            return _STEP_RAD
 
 
 def _x_range(stem: Stem) -> tuple[float, float]:

@@ -29,14 +29,20 @@ _STEP = 1.0 / 1.2  # of the logarithm: a patch's torsion grows with about the fi
 _NARROWEST_MM = 0.01
 
 
-def contact_radius_mm(primitive: Primitive, gripping: GrippingSurface) -> float:
-    """Radius of the relative curvature of a surface and the pad on it; inf for a plane.
+def contact_radius_mm(primitive: Primitive, gripping: GrippingSurface, pad: Pad = PAD) -> float:
+    """Radius of the relative curvature of a surface and the pad on it; inf for a plane on a flat finger.
 
-    A nose carries no pad: it is reckoned as an edge, which touches along a line.
+    Curvatures add up: 1/R of a cylinder, −1/r of a groove. A cylinder that nearly fills its groove counts as no wider than the
+    finger. A nose carries no pad: it is reckoned as an edge, which touches along a line.
     """
-    if np.isfinite(gripping.radius_mm):
+    surface = primitive.radius_mm if isinstance(primitive, Cylinder) else np.inf
+    if not np.isfinite(gripping.radius_mm):
+        return surface
+    if gripping.radius_mm > 0.0:
         return _NARROWEST_MM
-    return primitive.radius_mm if isinstance(primitive, Cylinder) else np.inf
+    widest = (gripping.y_range[1] - gripping.y_range[0]) ** 2 / (8.0 * pad.compression * pad.thickness_mm)
+    curvature = 1.0 / surface + 1.0 / gripping.radius_mm
+    return min(1.0 / curvature, widest) if curvature > 0.0 else widest
 
 
 def hold(grasp: Grasp, touching: Sequence[Contact], radius_mm: float, load: Load, friction: float, pad: Pad = PAD) -> Hold:

@@ -53,7 +53,10 @@ def owned_grippers(
 
 
 def specifications(design: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The grippers of a design document as those that are owned from then on; owned ones keep their names."""
+    """The grippers of a design document as those that are owned from then on; owned ones keep their names.
+
+    Those with concave tips are left out: the hand model of an owned gripper is flat.
+    """
     product = design["product"]
     return [
         {
@@ -65,6 +68,7 @@ def specifications(design: Mapping[str, Any]) -> list[dict[str, Any]]:
             "palm_radius": gripper["palm_radius"],
         }
         for gripper in design["grippers"]
+        if "groove_radius_mm" not in (gripper["finger"] or {})
     ]
 
 

@@ -54,6 +54,7 @@ STAGES: Mapping[str, Stage] = {
             plan_fields=("plan", "release_clearance", "finger_length_step", "safety_factor", "seed"),
             version=2,
         ),
+        Stage(name="tips", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "pad", *_GRASPING)),
         Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "pad", "seed"), version=4),
         Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=2),
         Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=6),

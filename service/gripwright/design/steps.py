@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from gripwright.design import catalogue, scenes
+from gripwright.design import catalogue, scenes, tips
 from gripwright.design.barred import without_barred
 from gripwright.design.gauge import Envelopes
+from gripwright.design.grooved_hand import hand_of
 from gripwright.design.hand_check import OperationScene
 from gripwright.design.operation_class import OperationClass, PlacedComponent, classify
 from gripwright.design.overlap import deepest_overlap
@@ -224,13 +225,33 @@ def _select(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCon
     return select.select(inputs["task"], verdicts, inputs["actuators"], options, toolbox, ctx)
 
 
+def _tips(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Gripper:
+    gripper: Gripper = inputs["gripper"]
+    places = []
+    for handle, operation, verdict in zip(gripper.handles, inputs["operations"], inputs["verdicts"], strict=True):
+        acted = {**operation, "operation": dataclasses.replace(operation["operation"], force_N=verdict.force_N)}
+        held = next(item for item in _active(operation) if item.component.id == handle.component)
+        scene, component = _held_scene(acted, held, plan)
+        (judged,) = (item for item in verdict.components[handle.component] if item.segment == handle.segment)
+        places.append(tips.HandleScene(held=component, scene=scene, primitive=judged.requirement.primitive))
+    return tips.with_shaped_tips(
+        gripper,
+        places,
+        toolbox.fingers[gripper.gripper_type],
+        toolbox.hands[gripper.gripper_type],
+        catalogue.body_size(gripper.actuator),
+        plan.safety_factor,
+        dataclasses.replace(ctx, pad=plan.pad.made),
+    )
+
+
 def _fingers(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:
     gripper: Gripper = inputs["gripper"]
     diameter, length = catalogue.body_size(gripper.actuator)
     return fingers.design_gripper_cad(
         gripper,
         toolbox.fingers[gripper.gripper_type],
-        toolbox.hands[gripper.gripper_type],
+        hand_of(gripper, toolbox.hands[gripper.gripper_type]),
         [],
         diameter,
         length,
@@ -241,15 +262,14 @@ def _fingers(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCo
 
 def _verify(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> tuple[verify.HandleReport, ...]:
     gripper: Gripper = inputs["gripper"]
-    cad = inputs["cad"]
-    reports = []
+    cad, reports = inputs["cad"], []
     for handle, operation in zip(gripper.handles, inputs["operations"], strict=True):
         if isinstance(cad, Rejection):
             reports.append(verify.HandleReport(operation=handle.operation, faults=(cad.detail,), gap_mm=None))
             continue
         held = next(item for item in _active(operation) if item.component.id == handle.component)
         scene, component = _held_scene(operation, held, plan)
-        hand = toolbox.hands[gripper.gripper_type]
+        hand = hand_of(gripper, toolbox.hands[gripper.gripper_type])
         reports.append(
             verify.verify_owned(gripper, handle, hand, scene, component.solid, ctx)
             if cad is None
@@ -272,6 +292,7 @@ FUNCTIONS: Mapping[str, StepFunction] = {
     "grips": _grips,
     "constraints": _constraints,
     "select": _select,
+    "tips": _tips,
     "fingers": _fingers,
     "verify": _verify,
     "result": _result,

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from gripwright.domain.grasp import EXTERNAL, INTERNAL, Grasp, GraspConstraint, Hold
+from gripwright.domain.groove import Groove
 from gripwright.domain.pad import PAD, Pad
 from gripwright.domain.shape import FloatArray, Mesh
 
@@ -95,6 +96,7 @@ class Gripper:
     jaw_offset_mm: float
     envelope_mm: float  # radius of the palm envelope that the constraints assumed
     handles: tuple[Handle, ...]
+    groove: Groove | None = None  # of concave tips; None: they are not shaped
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,6 +135,7 @@ class FingerSpec:
     grip_force_N: float  # total: the sum over the fingers
     jaw: JawInterface = JawInterface()  # the jaw's reference stands at x = −jaw_offset_mm
     pad: Pad = PAD  # with which its grasps are held
+    groove: Groove | None = None  # its tip is concave: its stem reaches farther to x ≥ 0 by the groove's depth
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -151,6 +154,7 @@ class BondedFinger:
 
     bare: MadePart
     pad: MadePart
+    pad_size_mm: tuple[float, float, float]  # thickness, width and length of the flat strip that it is cut as
     adhesive: str
 
 

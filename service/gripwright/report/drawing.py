@@ -46,7 +46,8 @@ class _Measures:
     stem_high: FloatArray
     length_mm: float
     bores: tuple[brep.Bore, ...]
-    seat_mm: float  # x of the face that carries the pad: from there the holes are measured
+    touch_mm: float  # x where the tip touches: 0, or the depth of its groove
+    seat_mm: float  # x of the face that carries the pad, where it is deepest: from there the holes are measured
 
 
 def finger_drawing(cad: GripperCad, *, title: str, part_number: str) -> str:
@@ -63,7 +64,7 @@ def finger_drawing(cad: GripperCad, *, title: str, part_number: str) -> str:
             _front_dimensions(front, measures),
             _side_dimensions(side, measures),
             _top_dimensions(top, measures),
-            _nose_radius(top, cad),
+            _tip_radius(top, measures, cad),
             _title_block(cad, title, part_number, front.scale),
             *(text((column, 20.0 + 5.0 * i), note, anchor="start") for i, note in enumerate(notes)),
         ]
@@ -96,7 +97,8 @@ def _measure(cad: GripperCad, solid: brep.Shape) -> _Measures:
         stem_low=stem.min(axis=0),
         stem_high=stem.max(axis=0),
         length_mm=length,
-        bores=tuple(brep.bores_z(solid)),
+        bores=tuple(bore for bore in brep.bores_z(solid) if bore.z_max_mm < -length + 1e-3),  # not the groove of a tip
+        touch_mm=cad.finger.properties.get("contact_offset_mm", 0.0),
         seat_mm=_seat_mm(cad),
     )
 
@@ -104,7 +106,7 @@ def _measure(cad: GripperCad, solid: brep.Shape) -> _Measures:
 def _seat_mm(cad: GripperCad) -> float:
     if cad.finger.bonded is None:
         return 0.0
-    x = cad.finger.bonded.pad.mesh.vertices_mm[:, 0]
+    x = brep.bounds_mm(brep.read_brep(cad.finger.bonded.pad.brep))[:, 0]
     return float(x[np.argmax(np.abs(x))])
 
 
@@ -139,7 +141,10 @@ def _front_dimensions(view: _View, m: _Measures) -> str:
             vertical(view.at(m.stem_high[0], 0.0), view.at(right, m.low[2]), 15.0, -m.low[2]),
             vertical(view.at(left, -m.length_mm), view.at(left, m.low[2]), -7.0, -m.length_mm - m.low[2]),
             horizontal(view.at(m.stem_low[0], 0.0), view.at(m.stem_high[0], 0.0), -7.0, m.stem_high[0] - m.stem_low[0]),
-            horizontal(view.at(0.0, 0.0), view.at(m.seat_mm, 0.0), -14.0, abs(m.seat_mm)) if m.seat_mm else "",
+            horizontal(view.at(m.touch_mm, 0.0), view.at(m.seat_mm, 0.0), -14.0, abs(m.seat_mm - m.touch_mm))
+            if m.seat_mm
+            else "",
+            horizontal(view.at(0.0, 0.0), view.at(m.touch_mm, 0.0), -21.0, m.touch_mm) if m.touch_mm else "",
             horizontal(view.at(left, m.low[2]), view.at(right, m.low[2]), 9.0, right - left),
         ]
     )
@@ -176,13 +181,11 @@ def _top_dimensions(view: _View, m: _Measures) -> str:
     return "".join(parts)
 
 
-def _nose_radius(view: _View, cad: GripperCad) -> str:
-    """The radius of a rounded gripping surface, beside it."""
-    nose = cad.finger.properties.get("nose_radius_mm")
-    if nose is None:
-        return ""
-    x, y = view.at(0.0, 0.0)
-    return text((x + 1.0, y + 1.1), f"R{millimetres(nose)}", anchor="start")
+def _tip_radius(view: _View, m: _Measures, cad: GripperCad) -> str:
+    """The radius of a rounded gripping surface, beside it, or of a hollow one, on the stem behind it."""
+    nose, groove = (cad.finger.properties.get(f"{tip}_radius_mm") for tip in ("nose", "groove"))
+    radius, at = (nose, view.at(0.0, 0.0)) if groove is None else (groove, view.at(m.seat_mm, m.stem_low[1] / 2.0))
+    return "" if radius is None else text((at[0] + 1.0, at[1] + 1.1), f"R{millimetres(radius)}", anchor="start")
 
 
 def _left_of(view: _View, m: _Measures, x_mm: float) -> float:
@@ -245,6 +248,11 @@ def _gripping_surface(cad: GripperCad) -> list[str]:
             f"Gripping surface: the stem's round side R{millimetres(nose)} away from the gripper's axis,",
             "tangent to x = 0; whole up to the tip, its edges broken by 0.2 at most.",
         ]
+    if (groove := cad.finger.properties.get("groove_radius_mm")) is not None:
+        return [
+            f"Gripping surface: hollow R{millimetres(groove)} over the whole stem, its corners at",
+            "x = 0, towards the gripper's axis; edges broken by 0.2 at most.",
+        ]
     side = "away from" if cad.spec.grip == INTERNAL else "towards"
     part = "stem" if cad.finger.bonded is None else "pad"
     return [
@@ -257,7 +265,7 @@ def _bonding(cad: GripperCad) -> list[str]:
     bonded = cad.finger.bonded
     if bonded is None:
         return []
-    thickness, width, length = (millimetres(side) for side in np.ptp(bonded.pad.mesh.vertices_mm, axis=0))
+    thickness, width, length = (millimetres(side) for side in bonded.pad_size_mm)
     return [
         f"Pad: {bonded.pad.material}, {thickness} × {width} × {length}; bond it over its whole face,",
         f"flush with tip and sides, with {bonded.adhesive}.",

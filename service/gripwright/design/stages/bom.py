@@ -194,7 +194,7 @@ def _finger_rows(gripper: Gripper, finger: FingerDesign, operations: tuple[str, 
 
 
 def _pad_row(gripper: Gripper, bonded: BondedFinger, operations: tuple[str, ...]) -> BomRow:
-    size = " x ".join(f"{side:.4g}" for side in np.ptp(bonded.pad.mesh.vertices_mm, axis=0))
+    size = " x ".join(f"{side:.4g}" for side in bonded.pad_size_mm)
     return BomRow(
         gripper=gripper.id,
         item="pad",

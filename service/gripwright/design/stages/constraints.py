@@ -65,7 +65,7 @@ def judge_segment(
             misses.append(narrow)
             continue
         check = HandCheck(scene, hand)
-        radius_mm = contact_radius_mm(requirement.primitive, gripping_surface(hand, requirement.grip))
+        radius_mm = contact_radius_mm(requirement.primitive, gripping_surface(hand, requirement.grip), ctx.pad)
         for planner in toolbox.planners[requirement.gripper_type]:
             with ctx.timed("grasps.plan"):
                 grasps = planner.plan(held.component, analysis.segment, requirement, hand, ctx)

@@ -98,6 +98,7 @@ def finger_spec(gripper: Gripper, contact_radii_mm: Sequence[float], grip_force_
         grip_force_N=grip_force_N,
         jaw=jaw_of(gripper.actuator),
         pad=pad,
+        groove=gripper.groove,
     )
 
 
