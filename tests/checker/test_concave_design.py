@@ -14,6 +14,7 @@ from designed_products import COMPLETE
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 THREE_FINGERS = ("rules=three_finger_cylinder", "hands=centric_3")
+PLAY_MM = 0.01
 RADII_MM = {"disc": 20.0, "ring": 19.0}
 
 
@@ -56,12 +57,15 @@ def test_concave_tips_keep_every_promise_and_touch_at_the_bottom_of_their_groove
     for name, radius in RADII_MM.items():
         handle = handles(folder)[f"op-{name}"]
         assert handle["contact_offset"] == pytest.approx(depth, abs=1e-4)
-        assert handle["opening_width"] == pytest.approx(2.0 * (radius - depth), abs=0.02)
+        facets = radius * (1.0 / np.cos(np.pi / 96.0) - 1.0)  # the corners of the polygon stand out so far
+        assert 0.0 <= handle["opening_width"] - 2.0 * (radius - depth) <= 2.0 * (facets + PLAY_MM)
 
 
 def test_what_fills_its_groove_is_touched_over_more_area_and_nothing_needs_more_force(discs: Path, designed: Any) -> None:
+    """Strips grow with the cube root of the relative radius, which ends where a pad of 1 mm, pressed by 0.2, is 10 mm wide."""
     flat, hollow = (handles(designed(discs, (*THREE_FINGERS, f"finger={key}"))[1]) for key in ("straight", "concave"))
 
-    assert hollow["op-disc"]["hold"]["contact_area"] > 1.5 * flat["op-disc"]["hold"]["contact_area"]
+    wider = np.cbrt(10.0**2 / (8.0 * 0.2) / RADII_MM["disc"])
+    assert hollow["op-disc"]["hold"]["contact_area"] == pytest.approx(wider * flat["op-disc"]["hold"]["contact_area"], rel=2e-3)
     for operation, handle in flat.items():
         assert hollow[operation]["hold"]["required_force"] <= handle["hold"]["required_force"]
