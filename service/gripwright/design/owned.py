@@ -58,7 +58,7 @@ def specifications(design: Mapping[str, Any]) -> list[dict[str, Any]]:
     InvalidPlan names those with concave tips: the hand model of an owned gripper is flat.
     """
     product = design["product"]
-    hollow = [gripper["id"] for gripper in design["grippers"] if "groove_radius_mm" in (gripper["finger"] or {})]
+    hollow = [gripper["id"] for gripper in design["grippers"] if "groove_radius_mm" in (gripper.get("finger") or {})]
     if hollow:
         listed = ", ".join(hollow)
         raise InvalidPlan(f"grippers with concave tips cannot be taken over as owned, their hand model is flat: {listed}")
