@@ -14,48 +14,20 @@ from gripwright.design.catalogue import palm_envelope_mm
 from gripwright.design.gripper_set import minimise
 from gripwright.design.impact import change_impact
 from gripwright.design.owned import actuators_of, owned_grippers, specifications
-from gripwright.design.plan import Plan, plan_of
+from gripwright.design.plan import plan_of
 from gripwright.design.result import DesignResult
-from gripwright.design.stage_table import STAGES
-from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import AssemblyTask, Component, Operation
 from gripwright.domain.errors import InvalidPlan
 from gripwright.domain.grasp import CENTRIC_3
 from gripwright.domain.gripper import Actuator
 from gripwright.geometry import brep
-from gripwright.plugin_api import RunContext
 from gripwright.registry.building import build_toolbox
 from gripwright.registry.discovery import load_registry
 from gripwright_builtin.hands.centric import CentricHand, CentricSettings
 from gripwright_builtin.optimizers.set_cover import SetCoverOptimizer, SetCoverParams
+from here_runner import HereRunner
 
 PAPER_WIDTHS = Path(__file__).resolve().parents[3] / "shared" / "data" / "paper-widths.json"
-
-
-class HereRunner:
-    """Runs every stage in this process and keeps the values by number."""
-
-    def __init__(self, plan: Plan, toolbox: Toolbox) -> None:
-        self._plan, self._toolbox = plan, toolbox
-        self._values: list[Any] = []
-        self.ran: list[str] = []
-
-    def put(self, value: Any) -> str:
-        self._values.append(value)
-        return str(len(self._values) - 1)
-
-    def get(self, ref: str) -> Any:
-        return self._values[int(ref)]
-
-    def map(self, stage: str, calls: Sequence[Mapping[str, Any]]) -> list[str]:
-        self.ran += [stage] * len(calls)
-        function = STAGES[stage].function
-        return [self.put(function(self._of(call), self._plan, self._toolbox, RunContext())) for call in calls]
-
-    def _of(self, node: Any) -> Any:
-        if isinstance(node, Mapping):
-            return self.get(node["ref"]) if set(node) == {"ref"} else {name: self._of(item) for name, item in node.items()}
-        return [self._of(item) for item in node] if isinstance(node, list | tuple) else node
 
 
 def make_actuator(**figures: Any) -> Actuator:

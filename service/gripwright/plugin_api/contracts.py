@@ -126,6 +126,6 @@ class TipShaper(Protocol):
         """The groove for cylinders of these radii, held from outside by tips of that width; None: flat tips do as well.
 
         It is asked where a three-finger gripper holds nothing else. The host keeps the groove only where all grasps hold with
-        it, no worse than before, and the finished CAD keeps every promise.
+        it about as well as before, and the finished CAD keeps every promise.
         """
         ...
