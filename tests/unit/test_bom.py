@@ -11,7 +11,7 @@ from gripwright.design.bom_forms import FLAT, LEVELS, bom_csv, bom_flat, bom_row
 from gripwright.design.stages.bom import COLUMNS, BomRow, bom, finger_part_number
 from gripwright.domain.assembly import AssemblyTask, Operation
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, Grasp, Hold
-from gripwright.domain.gripper import Actuator, FingerDesign, Gripper, Handle
+from gripwright.domain.gripper import Actuator, BondedFinger, FingerDesign, Gripper, Handle, MadePart
 from gripwright.domain.shape import Mesh
 
 ACTUATOR = Actuator(maker="SMC", model="MHSL3-32D", gripper_type=CENTRIC_3, stroke_mm=16.0, mass_kg=0.37)
@@ -61,6 +61,13 @@ def make_finger(**changes: Any) -> FingerDesign:
     return FingerDesign(**{**figures, "properties": PROPERTIES, **changes})
 
 
+def make_padded(**changes: Any) -> FingerDesign:
+    finger, pad = make_finger(**changes), make_finger().mesh
+    bare = MadePart(brep=b"", mesh=finger.mesh, material=finger.material, mass_kg=0.001)
+    strip = MadePart(brep=b"", mesh=pad, material="NBR 70 Shore A", mass_kg=0.0004)
+    return dataclasses.replace(finger, bonded=BondedFinger(bare=bare, pad=strip, pad_size_mm=(1.5, 10.0, 30.0), adhesive="glue"))
+
+
 def make_rows() -> list[BomRow]:
     return bom(make_task(), [make_gripper("G1", "op-1", "op-2")], {"G1": make_finger()}, {})
 
@@ -77,6 +84,34 @@ def test_a_gripper_is_an_actuator_fingers_screws_and_pins() -> None:
     assert (rows[0].maker, rows[0].model, rows[0].mass_kg) == ("SMC", "MHSL3-32D", 0.37)
     assert (rows[1].material, rows[1].mass_kg) == ("EN AW-6082", 0.00108)
     assert "grippers/G1/finger.step" in rows[1].files
+
+
+def test_a_pad_is_an_item_of_its_own_and_the_finger_is_made_without_it() -> None:
+    rows = bom(make_task(), [make_gripper("G1", "op-1")], {"G1": make_padded()}, {})
+
+    assert [row.item for row in rows] == ["actuator", "finger", "pad", "screw", "pin"]
+    finger, pad = rows[1], rows[2]
+    assert (finger.mass_kg, finger.files[0]) == (0.001, "grippers/G1/finger_bare.step")
+    assert (pad.quantity, pad.make_or_buy, pad.material, pad.mass_kg) == (3, "make", "NBR 70 Shore A", 0.0004)
+    assert "bond to the finger over its whole face with glue" in pad.description
+    assert pad.files == ("grippers/G1/pad.step", "grippers/G1/pad.stl")
+    assert pad.part_number.startswith("GW-P-")
+
+
+def test_fingers_of_other_shape_share_the_part_number_of_their_pad() -> None:
+    longer = make_finger().mesh.vertices_mm * [1.0, 1.0, 1.01]
+    fingers = {"G1": make_padded(), "G2": make_padded(mesh=Mesh(vertices_mm=longer, faces=make_finger().mesh.faces))}
+
+    rows = bom_flat(bom(make_task(), [make_gripper("G1", "op-1"), make_gripper("G2", "op-2")], fingers, {}))
+
+    assert [(row.item, row.quantity) for row in rows] == [
+        ("actuator", 2),
+        ("finger", 3),
+        ("pad", 6),
+        ("screw", 12),
+        ("pin", 6),
+        ("finger", 3),
+    ]
 
 
 def test_operations_stand_in_the_order_of_the_sequence() -> None:

@@ -88,6 +88,14 @@ def test_a_design_with_all_grippers_of_an_earlier_one_makes_and_buys_nothing(fir
         assert all(handle["verified"] for handle in new["handles"])
 
 
+def test_grippers_with_concave_tips_cannot_be_taken_over(first: DesignResult) -> None:
+    one, two = first.document["grippers"]
+    hollow = {**first.document, "grippers": [one, {**two, "finger": {**two["finger"], "groove_radius_mm": 20.0}}]}
+
+    with pytest.raises(InvalidPlan, match="G2"):
+        specifications(hollow)
+
+
 def test_what_no_owned_gripper_holds_gets_a_new_one(first: DesignResult) -> None:
     owned = specifications(first.document)[:1]
 

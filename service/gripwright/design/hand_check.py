@@ -208,7 +208,7 @@ class _Candidates:
 
 
 def drawn_back(vertices: FloatArray, by_mm: float, grasp: Grasp) -> FloatArray:
-    """The finger without the layer next to its gripping surface."""
+    """The finger without the layer next to its gripping surface, which may be hollow."""
     if grasp.grip == EXTERNAL:
-        return np.maximum(vertices, [by_mm, -np.inf, -np.inf])
+        return np.asarray(np.minimum(vertices + np.array([by_mm, 0.0, 0.0]), [vertices[:, 0].max(), np.inf, np.inf]))
     return np.maximum(vertices - [by_mm, 0.0, 0.0], [vertices[:, 0].min(), -np.inf, -np.inf])  # a nose is drawn back whole

@@ -32,6 +32,8 @@ _FILES = (
     "tool.json",
 )
 """Of each gripper whose CAD is made."""
+_BONDED_FILES = ("finger_bare.step", "finger_bare.stl", "finger_bare.3mf", "pad.step", "pad.stl")
+"""Besides, where its fingers carry pads: the two parts that are bonded to a finger."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -207,6 +209,7 @@ def _gripper(
 ) -> dict[str, Any]:
     folder = f"grippers/{gripper.id}"
     made = cad if isinstance(cad, GripperCad) else None
+    files = () if made is None else _FILES if made.finger.bonded is None else (*_FILES, *_BONDED_FILES)
     return {
         "id": gripper.id,
         "owned": owned,
@@ -225,7 +228,7 @@ def _gripper(
             "grip_force_max": made.grip_force_max_N if made is not None else None,
             "jaw_offset": _mm(gripper.jaw_offset_mm),
         },
-        "files": {name.replace(".", "_"): f"{folder}/{name}" for name in _FILES} if made is not None else {},
+        "files": {name.replace(".", "_"): f"{folder}/{name}" for name in files},
         "detail": cad.detail if isinstance(cad, Rejection) else None,
         "finger": None if made is None else _finger(made),
         "handles": [_handle(handle, check, gripper) for handle, check in zip(gripper.handles, checks, strict=True)],

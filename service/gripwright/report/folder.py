@@ -11,9 +11,9 @@ from gripwright.design.bom_forms import bom_csv, bom_views
 from gripwright.design.gripper_assembly import gripper_parts
 from gripwright.design.memory import Memory
 from gripwright.design.result import DesignResult
-from gripwright.design.stages.bom import finger_part_number
+from gripwright.design.stages.bom import finger_part_number, pad_part_number
 from gripwright.design.stages.fingers import GripperCad
-from gripwright.domain.gripper import Gripper, without_handles
+from gripwright.domain.gripper import BondedFinger, Gripper, without_handles
 from gripwright.domain.shape import Analysis
 from gripwright.geometry.shape_diameter import shape_diameters_mm
 from gripwright.plugin_api import HandModel
@@ -52,8 +52,9 @@ def _files_of(gripper: Gripper, cad: GripperCad, name: str, hand: HandModel) -> 
     from gripwright.report.drawing import finger_drawing
 
     number = finger_part_number(cad.finger)  # as in the bill of materials
-    parts = gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, gripper.opening_max_mm)
-    return {
+    parts = gripper_parts(gripper, hand, cad.finger, cad.measures, cad.spec.jaw, gripper.opening_max_mm)
+    bonded = {} if cad.finger.bonded is None else _bonded_files(cad.finger.bonded, name, number)
+    return bonded | {
         "finger.step": step_bytes(cad.finger.brep, name=name, part_number=number, description=f"finger of gripper {gripper.id}"),
         "finger.stl": stl_bytes(cad.finger.mesh),
         "finger.3mf": threemf_bytes(cad.finger.mesh, name),
@@ -63,6 +64,20 @@ def _files_of(gripper: Gripper, cad: GripperCad, name: str, hand: HandModel) -> 
         "gripper.glb": glb_bytes([GlbPart(name=part.name, mesh=part.mesh, colour=part.colour) for part in parts]),
         "tool.json": tool_json(gripper, cad).encode(),
         "gripper.urdf": gripper_urdf(gripper, cad, hand).encode(),
+    }
+
+
+def _bonded_files(bonded: BondedFinger, name: str, number: str) -> dict[str, bytes]:
+    """The two parts that are bonded to a finger: `finger.*` show them together."""
+    from gripwright.cad.export import step_bytes, stl_bytes, threemf_bytes
+
+    bare, pad = f"{name}-bare", f"{name}-pad"
+    return {
+        "finger_bare.step": step_bytes(bonded.bare.brep, name=bare, part_number=number, description="finger without its pad"),
+        "finger_bare.stl": stl_bytes(bonded.bare.mesh),
+        "finger_bare.3mf": threemf_bytes(bonded.bare.mesh, bare),
+        "pad.step": step_bytes(bonded.pad.brep, name=pad, part_number=pad_part_number(bonded), description=bonded.pad.material),
+        "pad.stl": stl_bytes(bonded.pad.mesh),
     }
 
 

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from gripwright.domain.assembly import AssemblyTask
-from gripwright.domain.gripper import FingerDesign, Gripper
+from gripwright.domain.gripper import BondedFinger, FingerDesign, Gripper
+from gripwright.domain.shape import Mesh
 
 BUY, MAKE, ASSEMBLE, OWNED = "buy", "make", "assemble", "owned"
 
-_FINGER_FILES = ("finger.step", "finger.stl", "finger.3mf", "finger.svg")
+_MADE_FILES = (".step", ".stl", ".3mf")
 _BODY_FILES = ("body.step", "body.stl")
 
 _SCREWS_A_FINGER = 2
@@ -74,11 +75,20 @@ def bom(
 
 
 def finger_part_number(finger: FingerDesign) -> str:
-    """A number that depends on the finger's shape and material alone."""
-    vertices = np.round(finger.mesh.vertices_mm / _MESH_GRID_MM).astype(np.int64)  # (n, 3)
-    triangles = vertices[finger.mesh.faces].reshape(-1, 9)
+    """A number that depends on the shape and material of the finger, without its pad, alone."""
+    return _content_number("F", finger.mesh if finger.bonded is None else finger.bonded.bare.mesh, finger.material)
+
+
+def pad_part_number(bonded: BondedFinger) -> str:
+    """A number that depends on the pad's shape and material alone."""
+    return _content_number("P", bonded.pad.mesh, bonded.pad.material)
+
+
+def _content_number(kind: str, mesh: Mesh, material: str) -> str:
+    vertices = np.round(mesh.vertices_mm / _MESH_GRID_MM).astype(np.int64)  # (n, 3)
+    triangles = vertices[mesh.faces].reshape(-1, 9)
     ordered = triangles[np.lexsort(triangles.T[::-1])]  # whatever the order of the faces
-    return part_number("F", finger.material.encode() + ordered.tobytes())
+    return part_number(kind, material.encode() + ordered.tobytes())
 
 
 def _actuator_row(gripper: Gripper, operations: tuple[str, ...], *, made: bool) -> BomRow:
@@ -113,28 +123,51 @@ def _owned_row(gripper: Gripper, name: str, operations: tuple[str, ...]) -> BomR
 
 
 def _finger_rows(gripper: Gripper, finger: FingerDesign, operations: tuple[str, ...]) -> list[BomRow]:
-    number = finger_part_number(finger)
+    bare_kg, name = (finger.mass_kg, "finger") if finger.bonded is None else (finger.bonded.bare.mass_kg, "finger_bare")
     made = BomRow(
         gripper=gripper.id,
         item="finger",
         make_or_buy=MAKE,
         maker="",
         model="",
-        part_number=number,
+        part_number=finger_part_number(finger),
         quantity=gripper.fingers,
         description=f"finger {gripper.finger_length_mm:g} mm for openings {gripper.opening_min_mm:.4g} to "
         f"{gripper.opening_max_mm:.4g} mm on {gripper.actuator.name}",
         material=finger.material,
-        mass_kg=round(finger.mass_kg, 6),
+        mass_kg=round(bare_kg, 6),
         operations=operations,
-        files=tuple(f"grippers/{gripper.id}/{name}" for name in _FINGER_FILES),
+        files=(*(f"grippers/{gripper.id}/{name}{suffix}" for suffix in _MADE_FILES), f"grippers/{gripper.id}/finger.svg"),
     )
     thread_mm, length_mm = _screw(finger.properties)
-    rows = [made, _standard_row(gripper, "screw", f"ISO 4762 M{thread_mm:g}x{length_mm:g}-8.8", "steel 8.8", _SCREWS_A_FINGER)]
+    pads = [] if finger.bonded is None else [_pad_row(gripper, finger.bonded, operations)]
+    rows = [
+        made,
+        *pads,
+        _standard_row(gripper, "screw", f"ISO 4762 M{thread_mm:g}x{length_mm:g}-8.8", "steel 8.8", _SCREWS_A_FINGER),
+    ]
     pin_mm = finger.properties.get("pin_hole_mm", 0.0)
     if pin_mm > 0.0:
         rows.append(_standard_row(gripper, "pin", f"ISO 8734 {pin_mm:g}x{_PIN_LENGTH_MM:g}-A", "steel, hardened", 1))
     return rows
+
+
+def _pad_row(gripper: Gripper, bonded: BondedFinger, operations: tuple[str, ...]) -> BomRow:
+    size = " x ".join(f"{side:.4g}" for side in bonded.pad_size_mm)
+    return BomRow(
+        gripper=gripper.id,
+        item="pad",
+        make_or_buy=MAKE,
+        maker="",
+        model="",
+        part_number=pad_part_number(bonded),
+        quantity=gripper.fingers,
+        description=f"pad {size} mm, bond to the finger over its whole face with {bonded.adhesive}",
+        material=bonded.pad.material,
+        mass_kg=round(bonded.pad.mass_kg, 6),
+        operations=operations,
+        files=tuple(f"grippers/{gripper.id}/pad.{suffix}" for suffix in ("step", "stl")),
+    )
 
 
 def _screw(properties: Mapping[str, float]) -> tuple[float, float]:
