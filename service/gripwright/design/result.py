@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from gripwright.design.miss_document import miss_document
+from gripwright.design.pad_pressure import pad_compression, pad_warnings
 from gripwright.design.plan import Plan
 from gripwright.design.shortfall import closest_segment
 from gripwright.design.stages.bom import BomRow, bom
@@ -231,7 +232,7 @@ def _gripper(
         "files": {name.replace(".", "_"): f"{folder}/{name}" for name in files},
         "detail": cad.detail if isinstance(cad, Rejection) else None,
         "finger": None if made is None else _finger(made),
-        "handles": [_handle(handle, check, gripper) for handle, check in zip(gripper.handles, checks, strict=True)],
+        "handles": [_handle(handle, check, gripper, made) for handle, check in zip(gripper.handles, checks, strict=True)],
     }
 
 
@@ -245,7 +246,8 @@ def _finger(cad: GripperCad) -> dict[str, Any]:
     return {"material": cad.finger.material, "mass": cad.finger.mass_kg, **cad.finger.properties}
 
 
-def _handle(handle: Handle, check: HandleReport, gripper: Gripper) -> dict[str, Any]:
+def _handle(handle: Handle, check: HandleReport, gripper: Gripper, cad: GripperCad | None) -> dict[str, Any]:
+    compression = None if cad is None else pad_compression(handle, cad)
     return {
         "operation": handle.operation,
         "component": handle.component,
@@ -262,6 +264,7 @@ def _handle(handle: Handle, check: HandleReport, gripper: Gripper) -> dict[str, 
             "moment": _mm(handle.hold.moment_Nmm),
             "symmetry": _mm(handle.hold.symmetry),
             "contact_area": _mm(handle.hold.contact_area_mm2),
+            "pad_compression": None if compression is None else round(compression, 4),
         },
         "grasp": handle.grasp.label,
         "verified": not check.faults,
@@ -274,7 +277,8 @@ def _warnings(parts: DesignParts) -> list[str]:
         for component, analysis in zip(parts.task.components, parts.analyses, strict=True)
         for text in analysis.warnings
     ]
-    return [*parts.task.warnings, *of_meshes, *(text for verdict in parts.verdicts for text in verdict.warnings)]
+    of_operations = (text for verdict in parts.verdicts for text in verdict.warnings)
+    return [*parts.task.warnings, *of_meshes, *of_operations, *pad_warnings(parts.selection.grippers, parts.cads)]
 
 
 def _timings(parts: DesignParts) -> dict[str, float]:

@@ -65,6 +65,6 @@ STAGES: Mapping[str, Stage] = {
         Stage(name="tips", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "pad", *_GRASPING)),
         Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "pad", "seed"), version=5),
         Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=5, remembers=True),
-        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=8),
+        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=9),
     )
 }
