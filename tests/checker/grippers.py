@@ -87,7 +87,8 @@ def _bonded(gripper: Gripper) -> Iterator[tuple[str, str]]:
     whole, together = gripper.finger.volume, bare.volume + pad.volume
     if abs(together - whole) > VOLUME_TOLERANCE * pad.volume:
         yield "pad", f"finger and pad have {together:.1f} mm³ together, finger.stl {whole:.1f} mm³"
-    shared = trimesh.boolean.intersection([bare, pad]).volume
+    meeting = trimesh.boolean.intersection([bare, pad])
+    shared = meeting.volume if len(meeting.faces) else 0.0
     if shared > VOLUME_TOLERANCE * pad.volume:
         yield "pad", f"finger and pad share {shared:.1f} mm³"
     if (
