@@ -26,5 +26,6 @@ manifest = Manifest(
         PluginEntry(kind="planner", key="facet_pairs", target=f"{_HERE}.planners.facet_pairs:FacetPairPlanner"),
         PluginEntry(kind="optimizer", key="set_cover", target=f"{_HERE}.optimizers.set_cover:SetCoverOptimizer"),
         PluginEntry(kind="finger", key="straight", target=f"{_HERE}.fingers.straight:StraightFinger"),
+        PluginEntry(kind="finger", key="concave", target=f"{_HERE}.fingers.concave:ConcaveFinger"),
     ),
 )

@@ -206,7 +206,7 @@ def poses() -> Iterator[dict[str, Any]]:
         yield {
             "measure": f"finger length of a pose, {kind}",
             "faces": len(surface.mesh.faces),
-            "found_by_bisection": round(between, 3),
+            "between_least_and_longest": round(between, 3),
             "ms_a_pose": round(1e3 * seconds / len(held), 4),
         }
 

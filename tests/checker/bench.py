@@ -66,6 +66,7 @@ class Bench:
     parts: dict[str, trimesh.Trimesh]
     fingers: dict[str, trimesh.Trimesh]
     bodies: dict[str, trimesh.Trimesh]
+    bonded: dict[str, list[trimesh.Trimesh]]  # of grippers whose fingers carry a pad: the bare finger, the pad
 
     def gripper(self, name: str) -> dict[str, Any]:
         return next(gripper for gripper in self.design["grippers"] if gripper["id"] == name)
@@ -100,6 +101,10 @@ class Bench:
                 (place / file).touch()
             self.fingers[name].export(place / "finger.stl")
             self.bodies[name].export(place / "body.stl")
+        for name, parts in self.bonded.items():
+            for part, mesh in zip(("finger_bare", "pad"), parts, strict=True):
+                self.gripper(name)["files"][f"{part}_stl"] = f"grippers/{name}/{part}.stl"
+                mesh.export(design / "grippers" / name / f"{part}.stl")
         for file in ("bom.csv", "report.html"):
             (design / file).touch()
         (design / "design.json").write_text(json.dumps(self.design))
@@ -165,6 +170,7 @@ def _sound() -> Bench:
     segment = {"id": 0, "graspable": True, "finger_length_min": 5.0, "finger_length_max": None}
     components = [{"id": name, "status": "covered", "segments": [segment]} for name in names]
     internal = _gripper(3, 3, (26.0, 31.0), 15.0, _handle(3, "ring", (30.0, 29.0), 4.0, 4.0)) | {"grip": "internal"}
+    pad = box([0, -5, -20], [1, 5, 0])
     return Bench(
         product={
             "components": [
@@ -203,6 +209,7 @@ def _sound() -> Bench:
             "G3": round_finger(15.0, 2.0, 8.0),
         },
         bodies={"G1": box([-22, -20, -75], [22, 20, -25]), "G2": tube(30.0, -60.0, -20.0), "G3": tube(30.0, -60.0, -20.0)},
+        bonded={"G1": [trimesh.boolean.difference([finger(20.0, 6.0, 14.0, 5.0), pad]), pad]},
     )
 
 

@@ -25,11 +25,16 @@ class Gripper:
     record: dict[str, Any]
     finger: trimesh.Trimesh  # finger frame
     body: trimesh.Trimesh  # gripper frame
+    bonded: tuple[trimesh.Trimesh, trimesh.Trimesh] | None = None  # finger frame: the finger without its pad, and the pad
 
     @classmethod
     def read(cls, folder: Path, record: dict[str, Any]) -> Gripper:
         files = record["files"]
-        return cls(record["id"], record, load_mesh(folder / files["finger_stl"]), load_mesh(folder / files["body_stl"]))
+        finger, body = load_mesh(folder / files["finger_stl"]), load_mesh(folder / files["body_stl"])
+        if "pad_stl" not in files:
+            return cls(record["id"], record, finger, body)
+        parts = load_mesh(folder / files["finger_bare_stl"]), load_mesh(folder / files["pad_stl"])
+        return cls(record["id"], record, finger, body, parts)
 
     @property
     def is_internal(self) -> bool:

@@ -16,6 +16,7 @@ from checker.shapes import Shape, placed
 
 FRAME_TOLERANCE_MM = 0.01
 ROUNDING_MM = 0.001
+VOLUME_TOLERANCE = 0.01  # of the pad: curved surfaces are tessellated part by part
 FILES = ("finger.step", "finger.stl", "finger.3mf", "body.stl", "gripper.glb")
 
 
@@ -26,7 +27,14 @@ def missing_files(folder: Path, record: dict[str, Any]) -> Iterator[Fault]:
 
 
 def check_gripper(gripper: Gripper, limits: Limits) -> Iterator[Fault]:
-    checks = (_closed_solids(gripper), _finger_frame(gripper), _palm(gripper), _openings(gripper), _free_of_itself(gripper))
+    checks = (
+        _closed_solids(gripper),
+        _finger_frame(gripper),
+        _bonded(gripper),
+        _palm(gripper),
+        _openings(gripper),
+        _free_of_itself(gripper),
+    )
     for details in checks:
         for promise, detail in details:
             yield Fault(gripper.id, "", promise, detail)
@@ -66,6 +74,28 @@ def _finger_frame(gripper: Gripper) -> Iterator[tuple[str, str]]:
     innermost = float((gripper.outward * stem[:, 0]).min())
     if abs(innermost) > FRAME_TOLERANCE_MM:
         yield "finger-frame", f"the gripping side of stem and tip is {innermost:.3f} mm from the plane x = 0"
+
+
+def _bonded(gripper: Gripper) -> Iterator[tuple[str, str]]:
+    """A finger and its pad fill the finger that touches, without meeting, and what touches is the pad."""
+    if gripper.bonded is None:
+        return
+    bare, pad = gripper.bonded
+    if not (bare.is_watertight and pad.is_watertight):
+        yield "pad", "finger_bare.stl or pad.stl is not a closed solid"
+        return
+    whole, together = gripper.finger.volume, bare.volume + pad.volume
+    if abs(together - whole) > VOLUME_TOLERANCE * pad.volume:
+        yield "pad", f"finger and pad have {together:.1f} mm³ together, finger.stl {whole:.1f} mm³"
+    meeting = trimesh.boolean.intersection([bare, pad])
+    shared = meeting.volume if len(meeting.faces) else 0.0
+    if shared > VOLUME_TOLERANCE * pad.volume:
+        yield "pad", f"finger and pad share {shared:.1f} mm³"
+    if (
+        abs(float((gripper.outward * pad.vertices[:, 0]).min())) > FRAME_TOLERANCE_MM
+        or abs(pad.bounds[1, 2]) > FRAME_TOLERANCE_MM
+    ):
+        yield "pad", "the pad does not reach the plane x = 0 at the tip"
 
 
 def _palm(gripper: Gripper) -> Iterator[tuple[str, str]]:

@@ -124,6 +124,14 @@ def capped_pin(bench: Bench) -> None:
     bench.parts["pin"] = trimesh.boolean.union([tube(6.0, 0.0, 24.0), tube(6.45, 20.5, 22.0)])
 
 
+def moved_pad(x: float, y: float, z: float) -> Spoil:
+    return lambda bench: bench.bonded["G1"][1].apply_translation([x, y, z])
+
+
+def finger_without_a_seat(bench: Bench) -> None:
+    bench.bonded["G1"][0] = bench.fingers["G1"]
+
+
 PLANTED: dict[str, tuple[Spoil, str]] = {
     "finger moved inwards": (moved_finger(-0.2, 0, 0), "G1 : finger-frame"),
     "finger moved outwards": (moved_finger(0.2, 0, 0), "G1 op-01: touch"),
@@ -131,6 +139,9 @@ PLANTED: dict[str, tuple[Spoil, str]] = {
     "finger tilted": (tilted_finger, "G1 op-01: touch"),
     "finger cut": (cut_finger, "G1 : palm"),
     "finger open": (open_finger, "G1 : closed-solid"),
+    "pad in the finger": (moved_pad(0.2, 0, 0), "G1 : pad"),
+    "pad short of the tip": (moved_pad(0, 0, -0.1), "G1 : pad"),
+    "no seat for the pad": (finger_without_a_seat, "G1 : pad"),
     "body too near": (raised_body, "G1 : palm"),
     "body in the fingers": (raised_body, "G1 : fingers-meet"),
     "width 1 mm too large": (changed_handle("G1", opening_width=21.0, release_opening=22.0), "G1 op-01: touch"),

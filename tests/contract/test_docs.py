@@ -6,6 +6,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from pydantic import BaseModel
 
 from gripwright.cli import COMMANDS
 from gripwright.design.plan import Plan
@@ -24,10 +25,21 @@ DEPLOYMENT = "".join((ROOT / "docker" / name).read_text(encoding="utf-8") for na
 _CODE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"\]\(([^)\s]+)\)")
 _HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
-_ROW = re.compile(r"^\| `([a-z_]+)` \| `([^`]*)` \| (.+) \|$", re.MULTILINE)
+_ROW = re.compile(r"^\| `([a-z_.]+)` \| `([^`]*)` \| (.+) \|$", re.MULTILINE)
 
 OPTIONS = {name: default for name, default, _ in _ROW.findall(README)}
 VARIABLES = {"GRIPWRIGHT_DATA" if name == "data_dir" else f"GRIPWRIGHT_{name.upper()}" for name in Settings.model_fields}
+
+
+def plan_defaults() -> dict[str, object]:
+    """Of every option of the plan; one that has fields of its own is given by these."""
+    defaults: dict[str, object] = {}
+    for name, field in Plan.model_fields.items():
+        if isinstance(field.default, BaseModel):
+            defaults |= {f"{name}.{inner}": value for inner, value in field.default}
+        elif name != "params":
+            defaults[name] = field.default
+    return defaults
 
 
 def headings(text: str) -> list[str]:
@@ -67,15 +79,15 @@ def test_every_kind_of_plugin_and_its_option_is_named_in_the_contract(kind: str)
     assert f"Plan option: `{option}`" in section(CONTRACT, PROTOCOLS[kind].__name__)
 
 
-@pytest.mark.parametrize("option", sorted(set(Plan.model_fields) - {"params"}))
+@pytest.mark.parametrize("option", sorted(plan_defaults()))
 def test_every_option_of_the_plan_has_a_row_with_its_default(option: str) -> None:
-    default = Plan.model_fields[option].default
+    default = plan_defaults()[option]
 
     assert OPTIONS.get(option) == (",".join(default) if isinstance(default, tuple) else str(default))
 
 
 def test_every_option_in_the_readme_exists() -> None:
-    assert set(OPTIONS) <= set(Plan.model_fields)
+    assert set(OPTIONS) <= set(plan_defaults())
 
 
 @pytest.mark.parametrize("command", sorted(COMMANDS))

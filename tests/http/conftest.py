@@ -71,11 +71,14 @@ def finish(jobs, service):
     """Ends a design as a worker would: with a document, a BOM and two files."""
 
     def finish(design_id, status="complete", files=(), operations=()):
-        bom = [
-            {"gripper": "G1", "item": "actuator", "model": "MHF2-12D2", "quantity": 1, "mass_kg": 0.5, "operations": ["a", "b"]},
-            {"gripper": "G1", "item": "finger", "model": "=1+1", "quantity": 2, "mass_kg": None, "operations": []},
+        shared = {"gripper": "G1", "make_or_buy": "buy", "maker": "", "description": "", "material": "", "files": []}
+        rows = [
+            {**shared, "item": "actuator", "model": "MHF2-12D2", "quantity": 1, "mass_kg": 0.5, "operations": ["a", "b"]},
+            {**shared, "item": "screw", "model": "=1+1", "quantity": 2, "mass_kg": None, "operations": []},
         ]
-        document = {"status": status, "operations": list(operations), "grippers": [], "bom": bom}
+        bom = [{**row, "part_number": row["model"]} for row in rows]
+        product = {"part_number": "P", "revision": "A"}
+        document = {"product": product, "status": status, "operations": list(operations), "grippers": [], "bom": bom}
         stored = {
             "bom.csv": b"gripper,item\r\nG1,actuator\r\nG1,finger\r\n",
             "report.html": b"<!doctype html><title>report</title>",

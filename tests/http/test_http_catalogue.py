@@ -16,6 +16,18 @@ def test_the_catalogue_begins_with_published_actuators(client):
     assert len(items) >= 85
 
 
+def test_conflicts_and_unknown_figures_are_shown_as_such(client):
+    items = {f"{item['maker']}/{item['model']}": item for item in client.get("/api/v1/actuators").json()["items"]}
+
+    angular, conflicting, usable = items["SMC/MHC2-6"], items["SMC/MHSL3-32D (as in paper)"], items["SMC/MHZ2-16D"]
+
+    assert (angular["stroke"], angular["grip_force"]) == (None, None)
+    assert "is not known" in angular["not_used"]
+    assert (conflicting["confidence"], conflicting["stroke"]) == ("C", 8.0)
+    assert "conflict" in conflicting["not_used"]
+    assert (usable["stroke"], usable["mass"], usable["not_used"]) == (6.0, None, None)
+
+
 def test_an_actuator_is_added_replaced_and_deleted(client, problem):
     url = "/api/v1/actuators/ACME/G%201/b"
 

@@ -122,7 +122,7 @@ def test_a_failed_design_is_a_resource_that_says_why(client, design_id, jobs):
 
 
 def test_the_bom_comes_in_the_form_that_is_accepted(client, design_id, finish, problem):
-    finish(design_id)
+    finish(design_id, operations=[{"id": "a"}, {"id": "b"}])
     url = f"/api/v1/designs/{design_id}/bom"
 
     plain = client.get(url)
@@ -130,14 +130,36 @@ def test_the_bom_comes_in_the_form_that_is_accepted(client, design_id, finish, p
     workbook = client.get(url, headers={"Accept": f"application/json;q=0.5, {XLSX}"})
 
     rows = plain.json()["items"]
-    assert [(row["item"], row["quantity"], row["mass_kg"]) for row in rows] == [("actuator", 1, 0.5), ("finger", 2, None)]
+    assert [(row["item"], row["quantity"], row["mass_kg"]) for row in rows] == [("actuator", 1, 0.5), ("screw", 2, None)]
     assert table.headers["content-type"].startswith("text/csv")
-    assert table.text.splitlines() == ["gripper,item", "G1,actuator", "G1,finger"]
+    assert [line.split(",")[:3] for line in table.text.splitlines()] == [
+        ["gripper", "item", "make_or_buy"],
+        ["G1", "actuator", "buy"],
+        ["G1", "screw", "buy"],
+    ]
     assert workbook.headers["content-type"] == XLSX
     sheet = load_workbook(io.BytesIO(workbook.content)).active
-    assert [cell.value for cell in sheet[2]] == ["G1", "actuator", "MHF2-12D2", 1, 0.5, "a; b"]
-    assert sheet["C3"].data_type == "s", "a text that looks like a formula stays a text"
+    values = dict(zip((cell.value for cell in sheet[1]), (cell.value for cell in sheet[2]), strict=True))
+    assert (values["gripper"], values["model"], values["mass_kg"], values["operations"]) == ("G1", "MHF2-12D2", 0.5, "a; b")
+    assert sheet["E3"].data_type == "s", "a text that looks like a formula stays a text"
     problem(client.get(url, headers={"Accept": "image/png"}), 406, "not-acceptable")
+
+
+def test_the_bom_comes_flat_and_in_levels_too(client, design_id, finish, problem):
+    finish(design_id, operations=[{"id": "a"}, {"id": "b"}])
+    url = f"/api/v1/designs/{design_id}/bom"
+
+    flat = client.get(f"{url}?view=flat").json()["items"]
+    levels = client.get(f"{url}?view=levels").json()["items"]
+    table = client.get(f"{url}?view=levels", headers={"Accept": "text/csv"})
+    workbook = client.get(f"{url}?view=levels", headers={"Accept": XLSX})
+
+    assert [row["part_number"] for row in flat] == ["MHF2-12D2", "=1+1"]
+    assert [(row["level"], row["item"]) for row in levels] == [(0, "gripper set"), (1, "gripper"), (2, "actuator"), (2, "screw")]
+    assert [row["parent"] for row in levels[1:3]] == [row["part_number"] for row in levels[:2]]
+    assert table.text.startswith("level,parent,gripper,")
+    assert load_workbook(io.BytesIO(workbook.content)).sheetnames == ["bom-levels"]
+    problem(client.get(f"{url}?view=none"), 422)
 
 
 def test_there_is_no_bom_and_no_archive_before_the_design_is_done(client, design_id, problem):

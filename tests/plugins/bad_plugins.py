@@ -12,6 +12,7 @@ from gripwright.domain.gripper_set import GripperSet
 from gripwright.domain.shape import Box, Segment
 from gripwright.geometry.frames import rotation_z
 from gripwright.plugin_api import Params
+from gripwright_builtin.fingers.concave import ConcaveFinger
 from gripwright_builtin.fingers.straight import StraightFinger
 from gripwright_builtin.hands.centric import CentricHand
 from gripwright_builtin.optimizers.set_cover import SetCoverOptimizer
@@ -308,6 +309,22 @@ class MassInGrams(StraightFinger):
     def design(self, spec, ctx):
         found = super().design(spec, ctx)
         return found if isinstance(found, Rejection) else replace(found, mass_kg=found.mass_kg * 1000.0)
+
+
+@breaks("finger and pad do not make up")
+class PadWithoutASeat(StraightFinger):
+    def design(self, spec, ctx):
+        found = super().design(spec, ctx)
+        if isinstance(found, Rejection) or found.bonded is None:
+            return found
+        whole = replace(found.bonded.bare, brep=found.brep, mesh=found.mesh)
+        return replace(found, bonded=replace(found.bonded, bare=whole))
+
+
+@breaks("of the tip lie in the groove's cylinder")
+class NoGroove(ConcaveFinger):
+    def design(self, spec, ctx):
+        return super().design(replace(spec, groove=None), ctx)
 
 
 @breaks("has the methods of no kind of plug-in")

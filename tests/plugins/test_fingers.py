@@ -12,7 +12,8 @@ from scipy.spatial import ConvexHull
 from gripwright.cad.export import step_bytes
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, INTERNAL, PARALLEL_2
-from gripwright.domain.gripper import Actuator, FingerDesign, FingerSpec, JawInterface
+from gripwright.domain.gripper import Actuator, BondedFinger, FingerDesign, FingerSpec, JawInterface
+from gripwright.domain.pad import Pad
 from gripwright.geometry import brep
 from gripwright.geometry.measures import face_areas_mm2, face_normals, volume_mm3
 from gripwright.plugin_api import RunContext
@@ -207,10 +208,54 @@ def test_the_material_is_the_first_that_is_stiff_enough() -> None:
     assert designed(make_spec(length_mm=120.0, grip_force_N=120.0)).material.startswith("steel")
 
 
-def test_mass_is_volume_times_density() -> None:
+def test_mass_is_volume_times_density_of_finger_and_pad() -> None:
     finger = designed(make_spec(), material="aluminium")
 
-    assert finger.mass_kg == pytest.approx(finger.volume_mm3 * 2700e-9)
+    pad_mm3 = 1.0 * 10.0 * 30.0
+    assert finger.mass_kg == pytest.approx((finger.volume_mm3 - pad_mm3) * 2700e-9 + pad_mm3 * 1300e-9)
+
+
+def bonded(finger: FingerDesign) -> BondedFinger:
+    assert finger.bonded is not None
+    return finger.bonded
+
+
+@pytest.mark.parametrize(("fingers", "grip"), [(2, EXTERNAL), (3, EXTERNAL), (2, INTERNAL)])
+def test_a_pad_as_thick_as_asked_covers_the_gripping_surface_and_its_seat_fits_it(fingers: int, grip: str) -> None:
+    finger = designed(make_spec(fingers, grip=grip, pad=Pad(thickness_mm=1.5, rubber="silicone")))
+    parts = bonded(finger)
+    pad, bare, whole = (brep.read_brep(data) for data in (parts.pad.brep, parts.bare.brep, finger.brep))
+
+    x = [0.0, 1.5] if grip == EXTERNAL else [-1.5, 0.0]
+    assert brep.bounds_mm(pad) == pytest.approx(np.array([[x[0], -5.0, -30.0], [x[1], 5.0, 0.0]]), abs=1e-6)
+    assert brep.measure(brep.common(pad, bare)).volume_mm3 == pytest.approx(0.0, abs=1e-6)
+    volumes = [brep.measure(shape).volume_mm3 for shape in (pad, bare, brep.fuse(bare, pad), whole)]
+    assert volumes[0] == pytest.approx(1.5 * 10.0 * 30.0)
+    assert volumes[0] + volumes[1] == pytest.approx(volumes[2])
+    assert volumes[2] == pytest.approx(volumes[3])
+    assert parts.pad.material == "silicone rubber 70 Shore A"
+    for part, shape in ((parts.pad, pad), (parts.bare, bare)):
+        assert volume_mm3(part.mesh) == pytest.approx(brep.measure(brep.single_solid(shape)).volume_mm3, rel=5e-3)
+
+
+def test_a_nose_for_bores_carries_no_pad() -> None:
+    assert designed(make_spec(grip=INTERNAL, grip_force_N=5.0)).bonded is None
+
+
+@pytest.mark.parametrize(("pad_mm", "fits"), [(6.8, True), (6.81, False)])
+def test_the_pad_leaves_the_stem_its_least_wall(pad_mm: float, fits: bool) -> None:
+    answer = design(make_spec(grip_force_N=1.0, pad=Pad(thickness_mm=pad_mm)))
+
+    assert isinstance(answer, FingerDesign) is fits
+    if isinstance(answer, Rejection):
+        assert (answer.code, "1.19 mm" in answer.detail) == ("wall-too-thin", True)
+
+
+def test_what_bends_is_the_stem_without_its_pad() -> None:
+    thin, thick = (designed(make_spec(2, pad=Pad(thickness_mm=t)), material="steel") for t in (0.5, 4.0))
+
+    stems = [30.0 * 30.0**3 / (3.0 * 210_000.0 * 10.0 * (8.0 - t) ** 3 / 12.0) for t in (0.5, 4.0)]
+    assert thick.properties["deflection_mm"] - thin.properties["deflection_mm"] == pytest.approx(stems[1] - stems[0], rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -29,8 +29,8 @@ CLASSES = {
 Score = tuple[float, ...]
 
 
-def solve(problem: GripperSetProblem, solver: str = "highs") -> GripperSet:
-    return SetCoverOptimizer(SetCoverParams.model_validate({"solver": solver})).solve(problem, RunContext())
+def solve(problem: GripperSetProblem, solver: str = "highs", **figures: int) -> GripperSet:
+    return SetCoverOptimizer(SetCoverParams.model_validate({"solver": solver, **figures})).solve(problem, RunContext())
 
 
 def make_alternative(
@@ -206,6 +206,46 @@ def test_both_solvers_find_sets_that_are_equally_good(problem: GripperSetProblem
     by_cbc, by_highs = solve(problem, "cbc"), solve(problem, "highs")
 
     assert score_of_solution(problem, by_cbc) == pytest.approx(score_of_solution(problem, by_highs))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_uniform_grid_never_needs_fewer_grippers(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    problem = make_problem(
+        *(
+            [
+                make_alternative("parallel-2", w, low, low + 4.0)
+                for w, low in rng.uniform([2.0, 5.0], [60.0, 30.0], (2, 2)).round(2)
+            ]
+            for _ in range(25)
+        ),
+        release_clearance_mm=1.0,
+    )
+
+    exact, on_grid = solve(problem, candidates_max=0), solve(problem, candidates_max=0, grid=200)
+
+    assert (exact.proven, exact.uncoverable) == (True, ())
+    assert len(exact.grippers) <= len(on_grid.grippers) + len(on_grid.uncoverable)
+    for gripper in on_grid.grippers:
+        for component, indices in gripper.holds.items():
+            for index in indices:
+                assert gripper.parameters.satisfies(problem.components[int(component)].alternatives[index], 1.0)
+
+
+def test_a_coarse_grid_misses_the_optimum() -> None:
+    problem = make_problem(*([make_alternative("parallel-2", width, 5.0)] for width in (10.0, 17.0, 22.5, 30.0)))
+
+    exact, coarse = solve(problem), solve(problem, grid=4)
+
+    assert (len(exact.grippers), len(coarse.grippers)) == (3, 4)
+
+
+def test_a_sequence_too_large_for_all_objectives_says_that_cost_and_changes_are_not_weighed() -> None:
+    problem = dataclasses.replace(hard_problem(), in_sequence=True)
+
+    solution = solve(problem, candidates_max=10)
+
+    assert {name for name, detail in solution.detail.items() if detail.startswith("not weighed")} == {"cost", "tool changes"}
 
 
 def paper_problem() -> GripperSetProblem:

@@ -55,6 +55,6 @@ def test_a_segment_whose_every_grasp_is_too_heavy_says_what_it_loads_the_fingers
 
     assert kept.rejection is not None
     assert kept.rejection.detail == (
-        "gripped across 20.0 mm (segment 3), it loads the fingers with a moment of 15.3 N·m, which takes a grip force of 812 N "
-        "to hold by friction, and no finger bears that: 406 N would bend it"
+        "gripped on Ø20.0 mm (segment 3), it takes a grip force of 812 N to hold it by friction against a moment of 15.3 N·m, "
+        "and no finger was found that bears it: 406 N would bend it"
     )

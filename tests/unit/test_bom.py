@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from gripwright.design.stages.bom import COLUMNS, BomRow, bom, bom_csv, bom_tree, finger_part_number, totals
+from gripwright.design.bom_forms import FLAT, LEVELS, bom_csv, bom_flat, bom_row, bom_views
+from gripwright.design.stages.bom import COLUMNS, BomRow, bom, finger_part_number
 from gripwright.domain.assembly import AssemblyTask, Operation
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, Grasp, Hold
-from gripwright.domain.gripper import Actuator, FingerDesign, Gripper, Handle
+from gripwright.domain.gripper import Actuator, BondedFinger, FingerDesign, Gripper, Handle, MadePart
 from gripwright.domain.shape import Mesh
 
 ACTUATOR = Actuator(maker="SMC", model="MHSL3-32D", gripper_type=CENTRIC_3, stroke_mm=16.0, mass_kg=0.37)
@@ -60,6 +61,13 @@ def make_finger(**changes: Any) -> FingerDesign:
     return FingerDesign(**{**figures, "properties": PROPERTIES, **changes})
 
 
+def make_padded(**changes: Any) -> FingerDesign:
+    finger, pad = make_finger(**changes), make_finger().mesh
+    bare = MadePart(brep=b"", mesh=finger.mesh, material=finger.material, mass_kg=0.001)
+    strip = MadePart(brep=b"", mesh=pad, material="NBR 70 Shore A", mass_kg=0.0004)
+    return dataclasses.replace(finger, bonded=BondedFinger(bare=bare, pad=strip, pad_size_mm=(1.5, 10.0, 30.0), adhesive="glue"))
+
+
 def make_rows() -> list[BomRow]:
     return bom(make_task(), [make_gripper("G1", "op-1", "op-2")], {"G1": make_finger()}, {})
 
@@ -76,6 +84,34 @@ def test_a_gripper_is_an_actuator_fingers_screws_and_pins() -> None:
     assert (rows[0].maker, rows[0].model, rows[0].mass_kg) == ("SMC", "MHSL3-32D", 0.37)
     assert (rows[1].material, rows[1].mass_kg) == ("EN AW-6082", 0.00108)
     assert "grippers/G1/finger.step" in rows[1].files
+
+
+def test_a_pad_is_an_item_of_its_own_and_the_finger_is_made_without_it() -> None:
+    rows = bom(make_task(), [make_gripper("G1", "op-1")], {"G1": make_padded()}, {})
+
+    assert [row.item for row in rows] == ["actuator", "finger", "pad", "screw", "pin"]
+    finger, pad = rows[1], rows[2]
+    assert (finger.mass_kg, finger.files[0]) == (0.001, "grippers/G1/finger_bare.step")
+    assert (pad.quantity, pad.make_or_buy, pad.material, pad.mass_kg) == (3, "make", "NBR 70 Shore A", 0.0004)
+    assert "bond to the finger over its whole face with glue" in pad.description
+    assert pad.files == ("grippers/G1/pad.step", "grippers/G1/pad.stl")
+    assert pad.part_number.startswith("GW-P-")
+
+
+def test_fingers_of_other_shape_share_the_part_number_of_their_pad() -> None:
+    longer = make_finger().mesh.vertices_mm * [1.0, 1.0, 1.01]
+    fingers = {"G1": make_padded(), "G2": make_padded(mesh=Mesh(vertices_mm=longer, faces=make_finger().mesh.faces))}
+
+    rows = bom_flat(bom(make_task(), [make_gripper("G1", "op-1"), make_gripper("G2", "op-2")], fingers, {}))
+
+    assert [(row.item, row.quantity) for row in rows] == [
+        ("actuator", 2),
+        ("finger", 3),
+        ("pad", 6),
+        ("screw", 12),
+        ("pin", 6),
+        ("finger", 3),
+    ]
 
 
 def test_operations_stand_in_the_order_of_the_sequence() -> None:
@@ -114,7 +150,7 @@ def test_a_part_number_depends_on_shape_and_material_alone() -> None:
 def test_the_csv_has_a_row_an_item_and_reads_back() -> None:
     rows = make_rows()
 
-    table = list(csv.DictReader(io.StringIO(bom_csv(rows))))
+    table = list(csv.DictReader(io.StringIO(bom_csv([row.to_dict() for row in rows]))))
 
     assert tuple(table[0]) == COLUMNS
     assert len(table) == len(rows)
@@ -122,21 +158,79 @@ def test_the_csv_has_a_row_an_item_and_reads_back() -> None:
     assert table[2]["mass_kg"] == ""
 
 
-def test_the_multi_level_bill_holds_the_same_items_under_their_grippers() -> None:
-    rows = make_rows()
+DESIGN = {
+    "product": {"part_number": "CP-1300", "revision": "A"},
+    "operations": [{"id": "op-2"}, {"id": "op-1"}],
+}
 
-    tree = bom_tree(make_task(), rows)
 
-    assert [gripper["gripper"] for gripper in tree["items"]] == ["G1"]
-    assert tree["items"][0]["items"] == [row.to_dict() for row in rows]
-    assert tree["items"][0]["part_number"] == bom_tree(make_task(), make_rows())["items"][0]["part_number"]
+def make_levels(**changes: Any) -> list[dict[str, Any]]:
+    grippers = [make_gripper("G1", "op-1", "op-2"), make_gripper("G2", "op-1"), make_gripper("G3", "op-2")]
+    fingers = {"G1": make_finger(**changes), "G2": make_finger()}
+    return bom_views(DESIGN, bom(make_task(), grippers, fingers, {"G3": "old"}))[LEVELS][1]
+
+
+def test_the_multi_level_bill_is_a_set_of_grippers_of_items() -> None:
+    levels = make_levels()
+
+    assert [(row["level"], row["gripper"], row["item"], row["make_or_buy"]) for row in levels] == [
+        (0, "", "gripper set", "assemble"),
+        (1, "G1", "gripper", "assemble"),
+        (2, "G1", "actuator", "buy"),
+        (2, "G1", "finger", "make"),
+        (2, "G1", "screw", "buy"),
+        (2, "G1", "pin", "buy"),
+        (1, "G2", "gripper", "assemble"),
+        (2, "G2", "actuator", "buy"),
+        (2, "G2", "finger", "make"),
+        (2, "G2", "screw", "buy"),
+        (2, "G2", "pin", "buy"),
+        (1, "G3", "gripper", "owned"),
+    ]
+    for i, row in enumerate(levels[1:], 1):
+        above = next(other for other in reversed(levels[:i]) if other["level"] == row["level"] - 1)
+        assert row["parent"] == above["part_number"]
+
+
+def test_assemblies_have_numbers_that_change_with_their_parts_alone() -> None:
+    first, again, changed = make_levels(), make_levels(), make_levels(material="PA12")
+
+    assert first == again
+    assert first[1]["part_number"] == first[6]["part_number"]  # the same parts
+    assert [a["part_number"] != b["part_number"] for a, b in zip(first, changed, strict=True)] == [
+        row["item"] in ("gripper set", "gripper", "finger") and row["gripper"] in ("", "G1") for row in first
+    ]
+
+
+def test_an_assembly_weighs_what_its_parts_do_where_all_are_known() -> None:
+    alone = bom(make_task(), [make_gripper("G1")], {}, {})
+
+    levels = bom_views(DESIGN, alone)[LEVELS][1]
+
+    assert (levels[1]["mass_kg"], make_levels()[1]["mass_kg"]) == (0.37, None)  # the mass of screws is not known
+
+
+def test_operations_stand_in_the_order_of_the_sequence_in_every_form() -> None:
+    rows = bom(make_task(), [make_gripper("G1", "op-1"), make_gripper("G2", "op-2")], {}, {})
+
+    forms = bom_views(DESIGN, rows)
+
+    assert forms[FLAT][1][0]["operations"] == forms[LEVELS][1][0]["operations"] == ["op-2", "op-1"]
+
+
+def test_a_row_is_the_same_from_its_json_values() -> None:
+    assert [bom_row(row.to_dict()) for row in make_rows()] == make_rows()
+
+
+def test_every_item_says_in_which_operations_it_is_used() -> None:
+    assert {row.operations for row in make_rows()} == {("op-2", "op-1")}
 
 
 def test_totals_join_equal_parts_of_several_grippers() -> None:
     fingers = {"G1": make_finger(), "G2": make_finger()}
     rows = bom(make_task(), [make_gripper("G1", "op-1"), make_gripper("G2", "op-2")], fingers, {})
 
-    joined = totals(rows)
+    joined = bom_flat(rows)
 
     assert [(row.item, row.quantity, row.gripper) for row in joined] == [
         ("actuator", 2, "G1; G2"),

@@ -8,7 +8,7 @@ import pytest
 from gripwright.design.gripper_assembly import BodyMeasures
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.grasp import EXTERNAL, PARALLEL_2
-from gripwright.domain.gripper import Actuator, FingerDesign, FingerSpec
+from gripwright.domain.gripper import Actuator, BondedFinger, FingerDesign, FingerSpec, MadePart
 from gripwright.geometry import brep
 from gripwright.report.dimension import horizontal, millimetres, vertical
 from gripwright.report.drawing import finger_drawing
@@ -80,6 +80,29 @@ def test_a_force_limit_is_on_the_drawing() -> None:
     svg = finger_drawing(replace(make_cad(), grip_force_max_N=120.0), title="Finger", part_number="F-1")
 
     assert "Regulate the actuator to 120 N at most." in words(svg)
+
+
+def test_a_pad_is_drawn_on_its_seat_from_which_the_holes_are_measured() -> None:
+    cad = make_cad()
+    pad = brep.box((0.0, -5.0, -30.0), (1.5, 5.0, 0.0))
+    bare = brep.cut(brep.read_brep(cad.finger.brep), [pad])
+    parts = [
+        MadePart(brep=brep.write_brep(shape), mesh=brep.tessellate(shape), material=name, mass_kg=0.01)
+        for shape, name in ((bare, "PA12"), (pad, "NBR 70 Shore A"))
+    ]
+    padded = replace(
+        cad,
+        finger=replace(
+            cad.finger, bonded=BondedFinger(bare=parts[0], pad=parts[1], pad_size_mm=(1.5, 10.0, 30.0), adhesive="glue")
+        ),
+    )
+
+    stated = words(finger_drawing(padded, title="Finger", part_number="F-1"))
+
+    assert "1.5" in stated
+    assert ("26" in stated, "27.5" in stated) == (True, True)  # the base's width, and the holes, 26 from x = 0
+    assert "PA12; pad NBR 70 Shore A" in stated
+    assert any(line.startswith("Pad: NBR 70 Shore A, 1.5 × 10 × 30; bond it") for line in stated)
 
 
 def test_a_round_gripping_surface_is_drawn_with_its_radius() -> None:

@@ -182,11 +182,9 @@ def test_the_parts_at_an_opening_are_the_actuator_and_a_jaw_for_each_finger() ->
     gripper = make_gripper()
     cad = make_cad(gripper)
 
-    parts = {
-        part.name: part.mesh for part in gripper_parts(gripper, make_hand(3), cad.finger.mesh, cad.measures, cad.spec.jaw, 55.0)
-    }
+    parts = {part.name: part.mesh for part in gripper_parts(gripper, make_hand(3), cad.finger, cad.measures, cad.spec.jaw, 55.0)}
 
-    assert list(parts) == ["actuator", "jaw-1", "jaw-2", "jaw-3", "finger-1", "finger-2", "finger-3"]
+    assert list(parts) == ["actuator", "jaw-1", "jaw-2", "jaw-3", "finger-1", "finger-2", "finger-3", "pad-1", "pad-2", "pad-3"]
     assert parts["jaw-1"].vertices_mm[:, 0].min() == pytest.approx(55.0 / 2.0 - 9.25)
     assert parts["finger-1"].vertices_mm[:, 2].max() == pytest.approx(0.0, abs=1e-9)
 

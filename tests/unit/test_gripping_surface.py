@@ -5,9 +5,10 @@ import pytest
 
 from gripwright.design.contact import Surface, contacts, seat
 from gripwright.design.gripping_surface import gripping_surface
-from gripwright.design.holding import PAD, contact_radius_mm
+from gripwright.design.holding import contact_radius_mm
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import EXTERNAL, INTERNAL, Grasp, GripRequirement
+from gripwright.domain.pad import PAD
 from gripwright.domain.shape import Cylinder, Mesh, Segment
 from gripwright.geometry.frames import transform
 from gripwright.plugin_api import Params, RunContext
@@ -96,11 +97,9 @@ def test_one_depth_keeps_off_the_bottom_of_a_blind_bore() -> None:
     assert max(depths) == 3.6
 
 
-def test_curvatures_add_up_and_a_bores_counts_negative() -> None:
+def test_a_flat_pad_touches_with_the_components_curvature_and_a_bare_nose_along_a_line() -> None:
     flat, nose = gripping_surface(HAND, EXTERNAL), gripping_surface(HAND, INTERNAL)
-    width = nose.y_range[1] - nose.y_range[0]
 
     assert contact_radius_mm(cylinder(12.0, internal=False), flat) == 12.0
-    assert contact_radius_mm(cylinder(12.0, internal=True), nose) == pytest.approx(1.0 / (1.0 / 4.0 - 1.0 / 12.0), rel=2e-3)
-    widest = 2.0 * np.sqrt(2.0 * contact_radius_mm(cylinder(4.1, internal=True), nose) * PAD.compression * PAD.thickness_mm)
-    assert widest == pytest.approx(width)
+    line = contact_radius_mm(cylinder(12.0, internal=True), nose)
+    assert 2.0 * np.sqrt(2.0 * line * PAD.compression * PAD.thickness_mm) < 0.2  # the widest strip that any force presses

@@ -8,9 +8,10 @@ from scipy.optimize import brentq, linprog
 from scipy.spatial.transform import Rotation
 
 from gripwright.design.contact import Contact
-from gripwright.design.holding import PAD, hold
+from gripwright.design.holding import hold
 from gripwright.design.holding_load import ACCELERATION_M_S2, GRAVITY_M_S2, Load, operation_load, wrenches
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, PARALLEL_2, Grasp
+from gripwright.domain.pad import PAD, Pad
 from gripwright.domain.shape import FloatArray
 
 _MU = 0.2
@@ -356,3 +357,32 @@ def _least_by_linear_program(touching: list[Contact], wrench: FloatArray) -> flo
     )
     assert solution.success
     return float(solution.fun)
+
+
+@pytest.mark.parametrize(("hardness", "modulus_MPa"), [(50.0, 2.46), (60.0, 3.61), (70.0, 5.52)])
+def test_the_pads_modulus_follows_gents_relation(hardness: float, modulus_MPa: float) -> None:
+    """Gent's E (MPa) = 0.0981 (56 + 7.62336 S) / (0.137505 (254 − 2.54 S)), worked out by hand."""
+    assert Pad(hardness_shore_A=hardness).modulus_MPa == pytest.approx(modulus_MPa, abs=0.01)
+
+
+def test_a_thicker_pad_makes_wider_strips() -> None:
+    """P = k (2/3) a³ h / R with k ∝ 1/t: twice the thickness widens the strip by the cube root of two."""
+    grasp, touching = three_pads(height_mm=20.0)
+    light = load(mass_kg=0.0, force_N=1.0)
+
+    areas = [hold(grasp, touching, 20.0, light, _MU, Pad(thickness_mm=t)).contact_area_mm2 for t in (1.0, 2.0)]
+
+    assert areas[1] / areas[0] == pytest.approx(2.0 ** (1.0 / 3.0), rel=1e-6)
+
+
+@pytest.mark.parametrize(("bore_mm", "height_mm"), [(5.0, 8.0), (10.0, 5.0), (20.0, 10.0)])
+@pytest.mark.parametrize("centroid", [(0.0, 0.0, 0.0), (0.0, 20.0, 5.0), (10.0, 0.0, -25.0)])
+def test_a_line_asks_for_little_more_force_than_a_padded_nose(
+    bore_mm: float, height_mm: float, centroid: tuple[float, float, float]
+) -> None:
+    grasp, touching = three_pads(bore_mm, height_mm)
+    asked = load(centroid=centroid)
+
+    line, padded = (hold(grasp, touching, radius, asked, _MU).required_force_N for radius in (0.01, 1 / (1 / 4.0 - 1 / bore_mm)))
+
+    assert padded <= line * (1.0 + 1e-9) <= padded * 1.01

@@ -13,51 +13,21 @@ from gripwright.design import pipeline
 from gripwright.design.catalogue import palm_envelope_mm
 from gripwright.design.gripper_set import minimise
 from gripwright.design.impact import change_impact
-from gripwright.design.memory import Memory
 from gripwright.design.owned import actuators_of, owned_grippers, specifications
-from gripwright.design.plan import Plan, plan_of
+from gripwright.design.plan import plan_of
 from gripwright.design.result import DesignResult
-from gripwright.design.stage_table import STAGES
-from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import AssemblyTask, Component, Operation
 from gripwright.domain.errors import InvalidPlan
 from gripwright.domain.grasp import CENTRIC_3
 from gripwright.domain.gripper import Actuator
 from gripwright.geometry import brep
-from gripwright.plugin_api import RunContext
 from gripwright.registry.building import build_toolbox
 from gripwright.registry.discovery import load_registry
 from gripwright_builtin.hands.centric import CentricHand, CentricSettings
 from gripwright_builtin.optimizers.set_cover import SetCoverOptimizer, SetCoverParams
+from here_runner import HereRunner
 
 PAPER_WIDTHS = Path(__file__).resolve().parents[3] / "shared" / "data" / "paper-widths.json"
-
-
-class HereRunner:
-    """Runs every stage in this process and keeps the values by number."""
-
-    def __init__(self, plan: Plan, toolbox: Toolbox) -> None:
-        self._plan, self._toolbox = plan, toolbox
-        self._values: list[Any] = []
-        self.ran: list[str] = []
-
-    def put(self, value: Any) -> str:
-        self._values.append(value)
-        return str(len(self._values) - 1)
-
-    def get(self, ref: str) -> Any:
-        return self._values[int(ref)]
-
-    def map(self, stage: str, calls: Sequence[Mapping[str, Any]]) -> list[str]:
-        self.ran += [stage] * len(calls)
-        one = STAGES[stage]
-        memory = {"memory": Memory()} if one.remembers else {}
-        return [self.put(one.function({**self._of(call), **memory}, self._plan, self._toolbox, RunContext())) for call in calls]
-
-    def _of(self, node: Any) -> Any:
-        if isinstance(node, Mapping):
-            return self.get(node["ref"]) if set(node) == {"ref"} else {name: self._of(item) for name, item in node.items()}
-        return [self._of(item) for item in node] if isinstance(node, list | tuple) else node
 
 
 def make_actuator(**figures: Any) -> Actuator:
@@ -87,10 +57,12 @@ def make_task(radii_mm: Sequence[float] = (10.0, 30.0)) -> AssemblyTask:
     )
 
 
-def design(owned: Sequence[Mapping[str, Any]], task: AssemblyTask | None = None) -> tuple[DesignResult, list[str]]:
+def design(
+    owned: Sequence[Mapping[str, Any]], task: AssemblyTask | None = None, actuators: Sequence[Actuator] = ()
+) -> tuple[DesignResult, list[str]]:
     plan = plan_of({"owned": owned})
     runner = HereRunner(plan, build_toolbox(plan, load_registry()))
-    result: DesignResult = runner.get(pipeline.design(task or make_task(), [make_actuator()], plan, runner))
+    result: DesignResult = runner.get(pipeline.design(task or make_task(), actuators or [make_actuator()], plan, runner))
     return result, runner.ran
 
 
@@ -114,6 +86,14 @@ def test_a_design_with_all_grippers_of_an_earlier_one_makes_and_buys_nothing(fir
             assert new[key] == old[key]
         assert (new["files"], new["finger"]) == ({}, None)
         assert all(handle["verified"] for handle in new["handles"])
+
+
+def test_grippers_with_concave_tips_cannot_be_taken_over(first: DesignResult) -> None:
+    one, two = first.document["grippers"]
+    hollow = {**first.document, "grippers": [one, {**two, "finger": {**two["finger"], "groove_radius_mm": 20.0}}]}
+
+    with pytest.raises(InvalidPlan, match="G2"):
+        specifications(hollow)
 
 
 def test_what_no_owned_gripper_holds_gets_a_new_one(first: DesignResult) -> None:
@@ -228,3 +208,22 @@ def test_a_specification_that_is_none_is_refused_at_its_place(owned: list[Any], 
         plan_of({"owned": owned})
 
     assert [fault.pointer for fault in refused.value.faults] == [pointer]
+
+
+def test_an_actuator_that_bears_no_such_finger_gives_way_to_one_that_does() -> None:
+    dainty, sturdy = make_actuator(model="dainty", finger_mass_max_kg=0.001), make_actuator(model="sturdy", mass_kg=0.5)
+
+    result, _ = design([], actuators=[dainty, sturdy])
+
+    assert result.document["status"] == "complete"
+    assert {gripper["actuator"]["model"] for gripper in result.document["grippers"]} == {"sturdy"}
+    reasons = {one["actuator"]: one for one in result.document["grippers"][0]["not_chosen"]}
+    assert reasons["M/dainty"]["code"] == "finger-too-long"
+    assert "at most 0.001" in reasons["M/dainty"]["detail"]
+
+
+def test_an_operation_that_only_too_heavy_fingers_could_do_says_so() -> None:
+    result, _ = design([], actuators=[make_actuator(finger_mass_max_kg=0.001)])
+
+    assert result.document["status"] == "incomplete"
+    assert all("at most 0.001" in operation["detail"] for operation in result.document["operations"])

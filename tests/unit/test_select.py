@@ -245,14 +245,59 @@ def test_an_operation_without_actuator_names_the_measured_value_and_the_limit(fr
     assert all(word in told for word in words), told
 
 
-def test_every_actuator_that_is_not_used_says_why() -> None:
+def test_each_gripper_says_of_every_other_actuator_why_it_is_not_chosen() -> None:
     actuators = select_actuators(seed_actuators(), "all")
 
-    selection = run([make_verdict("op", make_free(30.0))], actuators)
+    selection = run([make_verdict("1", make_free(30.0)), make_verdict("2", make_free(400.0), make_free(30.0))], actuators)
 
-    used = {gripper.actuator.name for gripper in selection.grippers}
-    assert set(selection.why_not) == {actuator.name for actuator in actuators} - used
-    assert "no grasp asks for the type" in selection.why_not["Robotiq/2F-85"]
+    assert selection.grippers
+    for gripper in selection.grippers:
+        reasons = selection.not_chosen[gripper.id]
+        assert set(reasons) == {actuator.name for actuator in actuators} - {gripper.actuator.name}
+        assert reasons["Robotiq/2F-85"].code == "other-type"
+
+
+@pytest.mark.parametrize(
+    ("figures", "code", "words"),
+    [
+        ({"mass_kg": 0.6, "opening_max_mm": 30.0}, "heavier", "0.6 kg, M/chosen 0.5 kg"),
+        ({"opening_max_mm": 30.0, "mass_kg": None, "body_diameter_mm": 70.0}, "heavier", "(estimated)"),
+        ({"grip_force_N": None, "mass_kg": 0.1}, "unknown-force", "is not known"),
+        ({"grip_force_N": 19.0, "mass_kg": 0.1}, "not-held", "cannot serve 1: friction needs 20.0 N"),
+        ({"finger_length_max_mm": 19.0, "mass_kg": 0.1}, "finger-too-long", "19.00 mm are allowed"),
+        ({"stroke_mm": 2.0, "mass_kg": 0.1}, "range-too-short", "stroke 2 mm"),
+        ({"mass_kg": 0.7, "stroke_mm": 19.0}, "outdone", "stroke 20 mm against 19 mm"),
+        ({"gripper_type": PARALLEL_2}, "other-type", "is parallel-2"),
+    ],
+)
+def test_the_reason_against_an_actuator_is_the_one_that_decides(figures: dict[str, Any], code: str, words: str) -> None:
+    verdicts = [make_verdict("1", make_free(30.0)), make_verdict("2", make_free(35.0))]
+
+    selection = run(verdicts, [make_actuator("chosen"), make_actuator("other", **figures)])
+
+    (gripper,) = selection.grippers
+    reason = selection.not_chosen["G1"]["M/other"]
+    assert (gripper.actuator.model, reason.code) == ("chosen", code), reason
+    assert words in reason.detail
+
+
+def test_an_actuator_that_bears_lighter_fingers_alone_outdoes_none() -> None:
+    actuators = [make_actuator("dainty", mass_kg=0.4, finger_mass_max_kg=0.1), make_actuator("sturdy", opening_max_mm=40.0)]
+
+    selection = run([make_verdict("1", make_free(30.0))], actuators)
+
+    assert [gripper.actuator.model for gripper in selection.grippers] == ["dainty"]
+    assert selection.optimum["cost"] == {"basis": "mass", "sum": 0.4, "unknown_forces": 0}
+    assert selection.not_chosen["G1"]["M/sturdy"].code == "heavier"
+
+
+def test_prices_are_the_reason_where_all_are_known() -> None:
+    actuators = [make_actuator("chosen", price=10.0, opening_max_mm=30.0), make_actuator("other", price=20.0, stroke_mm=30.0)]
+
+    selection = run([make_verdict("1", make_free(30.0))], actuators)
+
+    assert selection.not_chosen["G1"]["M/other"] == Rejection("dearer", "price 20, that of M/chosen 10")
+    assert selection.optimum["cost"] == {"basis": "price", "sum": 10.0, "unknown_forces": 0}
 
 
 def test_a_gripper_that_is_owned_is_used_before_a_new_one() -> None:

@@ -1,10 +1,11 @@
-"""The stem of a straight finger in plan (finger frame, seen along z): a rectangle, or a slice of a cylinder for bores."""
+"""The stem of a finger in plan (finger frame, seen along z): a rectangle, hollow or not, or a slice of a cylinder for bores."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from gripwright.domain.groove import Groove
 from gripwright.domain.shape import FloatArray
 from gripwright_builtin.fingers.outline import convex_hull, rectangle
 from gripwright_builtin.fingers.stiffness import Section, polygon_section, rectangle_section
@@ -14,6 +15,14 @@ if TYPE_CHECKING:  # the CAD kernel takes most of a second, and most designs tha
 
 _HALF_SLICE_RAD = np.pi / 3.0
 _ARC_POINTS = 61
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PadStrip:
+    """The pad in its place, and thickness, width and length of the flat strip that it is cut as."""
+
+    solid: "brep.Shape"
+    size_mm: tuple[float, float, float]
 
 
 class Stem(Protocol):
@@ -30,18 +39,28 @@ class Stem(Protocol):
         ...
 
     def solid(self, length_mm: float) -> "brep.Shape":
-        """The stem, rooted 1 mm deep in the base."""
+        """The stem with its pad, rooted 1 mm deep in the base."""
+        ...
+
+    def pad(self, length_mm: float) -> PadStrip | None:
+        """The pad alone: the layer next to the gripping surface, from the tip to the base. None: there is none."""
+        ...
+
+    @property
+    def wall_mm(self) -> float:
+        """Thickness of the stem without its pad."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlatStem:
-    """A rectangle; its outer edges are chamfered, those of the gripping surface are not."""
+    """A rectangle; its outer edges are chamfered, those of the gripping surface are not. The pad covers one side of it."""
 
-    thickness_mm: float
+    thickness_mm: float  # pad included
     width_mm: float
     chamfer_mm: float
     inside: bool  # an internal grip: it lies at x ≤ 0
+    pad_mm: float
 
     @property
     def outline_mm(self) -> FloatArray:
@@ -51,8 +70,13 @@ class FlatStem:
 
     @property
     def section(self) -> Section:
-        """The chamfers are left out of account."""
-        return rectangle_section(self.thickness_mm, self.width_mm)
+        """Of what carries the pad; the chamfers are left out of account."""
+        return rectangle_section(self.wall_mm, self.width_mm)
+
+    @property
+    def wall_mm(self) -> float:
+        """All but the pad."""
+        return self.thickness_mm - self.pad_mm
 
     def solid(self, length_mm: float) -> "brep.Shape":
         """Chamfered along the outer edges and at the tip."""
@@ -67,10 +91,67 @@ class FlatStem:
             return stem
         return brep.chamfer(stem, c, np.array([outer, -y, 0.0]), np.array([outer, y, 0.0]))
 
+    def pad(self, length_mm: float) -> PadStrip:
+        """A strip as wide as the stem."""
+        from gripwright.geometry import brep
+
+        y, (low, high) = self.width_mm / 2.0, sorted((0.0, -self.pad_mm if self.inside else self.pad_mm))
+        solid = brep.box((low, -y, -length_mm), (high, y, 0.0))
+        return PadStrip(solid=solid, size_mm=(self.pad_mm, self.width_mm, length_mm))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroovedStem:
+    """A flat stem whose gripping surface is hollow; the pad lines the groove."""
+
+    flat: FlatStem  # as thick as the stem is at the corners of the groove; for an external grip
+    groove: Groove
+
+    @property
+    def outline_mm(self) -> FloatArray:
+        """The rectangle around it."""
+        return self.flat.outline_mm
+
+    @property
+    def section(self) -> Section:
+        """Of the rectangle behind the pad where the groove is deepest."""
+        return rectangle_section(self.wall_mm, self.flat.width_mm)
+
+    @property
+    def wall_mm(self) -> float:
+        """Where the groove is deepest."""
+        return self.flat.wall_mm - self.groove.depth_mm
+
+    def solid(self, length_mm: float) -> "brep.Shape":
+        """The flat stem without the cylinder of the groove; its root in the base is whole."""
+        from gripwright.geometry import brep
+
+        return brep.cut(self.flat.solid(length_mm), [self._cylinder(self.groove.radius_mm, length_mm)])
+
+    def pad(self, length_mm: float) -> PadStrip:
+        """A strip bent into the groove, level with the stem's sides and corners."""
+        from gripwright.geometry import brep
+
+        y, back = self.flat.width_mm / 2.0, self.flat.thickness_mm
+        within = brep.common(
+            brep.box((0.0, -y, -length_mm), (back, y, 0.0)), self._cylinder(self.groove.radius_mm + self.flat.pad_mm, length_mm)
+        )
+        middle = self.groove.radius_mm + self.flat.pad_mm / 2.0
+        across = float(2.0 * middle * np.arcsin(self.flat.width_mm / 2.0 / middle))  # as its middle layer
+        return PadStrip(
+            solid=brep.cut(within, [self._cylinder(self.groove.radius_mm, length_mm)]),
+            size_mm=(self.flat.pad_mm, across, length_mm),
+        )
+
+    def _cylinder(self, radius_mm: float, length_mm: float) -> "brep.Shape":
+        from gripwright.geometry import brep
+
+        return brep.cylinder_z(self.groove.axis_x_mm, 0.0, radius_mm, -length_mm, 1.0)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SliceStem:
-    """A third of a cylinder without its core, at x ≤ 0: the round side is the nose that touches a bore."""
+    """A third of a cylinder without its core, at x ≤ 0: the round side is the nose that touches a bore. It carries no pad."""
 
     nose_radius_mm: float
     thickness_mm: float  # from the nose towards the axis
@@ -87,6 +168,11 @@ class SliceStem:
         """Of the outline."""
         return polygon_section(self.outline_mm)
 
+    @property
+    def wall_mm(self) -> float:
+        """All of it."""
+        return self.thickness_mm
+
     def solid(self, length_mm: float) -> "brep.Shape":
         """The nose is an exact cylinder, whole up to the tip."""
         from gripwright.geometry import brep
@@ -94,6 +180,9 @@ class SliceStem:
         back, front = self._flanks(-self.thickness_mm), self._flanks(1.0)
         wedge = brep.prism_z(np.concatenate([back, front[::-1]]), -length_mm - 1.0, 0.0)
         return brep.common(brep.cylinder_z(-self.nose_radius_mm, 0.0, self.nose_radius_mm, -length_mm - 1.0, 0.0), wedge)
+
+    def pad(self, length_mm: float) -> None:
+        """There is none: a layer round the nose would leave too little of a stem that a bore keeps thin."""
 
     def _flanks(self, x_mm: float) -> FloatArray:
         """Where the planes between neighbouring slices pass x, (2, 2)."""

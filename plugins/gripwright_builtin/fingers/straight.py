@@ -8,26 +8,29 @@ from pydantic import Field, model_validator
 
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import CENTRIC_3, INTERNAL, PARALLEL_2
-from gripwright.domain.gripper import FingerDesign, FingerSpec
+from gripwright.domain.gripper import FINGER_TOO_HEAVY, FingerDesign, FingerSpec
 from gripwright.domain.shape import FloatArray
 from gripwright.plugin_api import Params, RunContext
+from gripwright_builtin.fingers.bonding import bonded_finger
 from gripwright_builtin.fingers.materials import BY_KEY, Material
 from gripwright_builtin.fingers.outline import clip, convex_hull, inset_mm, rectangle, sector, width_mm
 from gripwright_builtin.fingers.screws import BY_THREAD, ScrewHole
-from gripwright_builtin.fingers.stem import FlatStem, SliceStem, Stem
+from gripwright_builtin.fingers.stem import FlatStem, GroovedStem, SliceStem, Stem
 from gripwright_builtin.fingers.stiffness import Bending, bend
 
 if TYPE_CHECKING:  # the CAD kernel takes most of a second, and most designs that are repeated make no finger
     from gripwright.geometry import brep
 
 _TOLERANCE_MM = 1e-6
+_STEP_RAD = 0.25  # of the mesh of holes
+_GROOVE_DEVIATION_MM = 0.002  # of the mesh of a groove
 _NOSE_STEP_RAD = float(np.radians(3.0))  # of the mesh of a rounded nose: its flats stay parallel to what it touches
 
 
 class StraightFingerParams(Params):
     """Measures and material of a straight finger."""
 
-    thickness: float = Field(8.0, gt=0, le=50, description="mm, of the stem, along the grip direction")
+    thickness: float = Field(8.0, gt=0, le=50, description="mm, of the stem, along the grip direction, pad included")
     width: float = Field(10.0, gt=0, le=50, description="mm, of the stem, across the grip direction")
     nose_radius: float = Field(
         4.0, gt=0, le=50, description="mm, of the round gripping surface of a three-finger gripper for bores"
@@ -74,7 +77,7 @@ class _Build:
 
 
 class StraightFinger:
-    """Tip, stem and base in one piece, the same for every finger of the gripper.
+    """Tip, stem and base in one piece with a pad on the gripping surface, the same for every finger of the gripper.
 
     The stem lies within the hand model's finger, so what was found free of collision stays so: a box (less its outer
     chamfers), or for bores a slice of a cylinder, whose round side is the gripping surface.
@@ -91,7 +94,6 @@ class StraightFinger:
 
     def design(self, spec: FingerSpec, ctx: RunContext) -> FingerDesign | Rejection:
         """The finger as one exact solid with its mesh, or why it cannot be made."""
-        from gripwright.geometry import brep
 
         plan = self._plan(spec)
         if isinstance(plan, Rejection):
@@ -99,20 +101,20 @@ class StraightFinger:
         build = self._build(spec, plan)
         if isinstance(build, Rejection):
             return build
-        shape = self._shape(spec, plan, build.base_thickness_mm)
-        measure = brep.measure(shape)
-        mass = measure.volume_mm3 * 1e-9 * build.material.density_kg_m3
-        limit = spec.actuator.finger_mass_max_kg
-        if limit is not None and mass > limit:
-            return Rejection("finger-too-heavy", f"a finger of {build.material.name} has {mass:.3f} kg, at most {limit:.3f}")
-        return FingerDesign(
-            brep=brep.write_brep(shape),
-            mesh=brep.tessellate(shape, angle_rad=_NOSE_STEP_RAD) if isinstance(plan.stem, SliceStem) else brep.tessellate(shape),
-            material=build.material.name,
-            volume_mm3=measure.volume_mm3,
-            mass_kg=mass,
-            properties=self._properties(spec, plan, build) | _centre_of_mass(measure),
+        finger = bonded_finger(
+            self._shape(spec, plan, build.base_thickness_mm),
+            plan.stem.pad(spec.finger_length_mm),
+            build.material,
+            spec.pad,
+            _step_rad(plan.stem),
+            self._properties(spec, plan, build),
         )
+        limit = spec.actuator.finger_mass_max_kg
+        if limit is not None and finger.mass_kg > limit:
+            return Rejection(
+                FINGER_TOO_HEAVY, f"a finger of {build.material.name} has {finger.mass_kg:.3f} kg, at most {limit:.3f}"
+            )
+        return finger
 
     def _plan(self, spec: FingerSpec) -> _Plan | Rejection:
         """Outline and holes, or what does not fit."""
@@ -121,6 +123,11 @@ class StraightFinger:
             return Rejection("unknown-screw", f"no hole is known for M{jaw.bolt_thread_mm:g}, only for {sorted(BY_THREAD)}")
         screw = BY_THREAD[jaw.bolt_thread_mm]
         stem = self._stem(spec)
+        if stem.wall_mm < p.wall_min - _TOLERANCE_MM:
+            return Rejection(
+                "wall-too-thin",
+                f"a pad of {spec.pad.thickness_mm:g} mm leaves {stem.wall_mm:.2f} mm of the stem, at least {p.wall_min:.2f}",
+            )
         closed = sector(spec.fingers, spec.opening_min_mm, 0.0)
         room = min(float(side.depth_mm(stem.outline_mm).min()) for side in closed)
         if room < -_TOLERANCE_MM:
@@ -160,7 +167,7 @@ class StraightFinger:
                 f"at the opening {spec.opening_min_mm:.2f} mm the bolt heads leave {wall:.2f} mm of wall between two bases, "
                 f"at least {p.wall_min:.2f}",
             )
-        (stem_back, stem_front), (thickness, width) = _x_range(stem), np.ptp(stem.outline_mm, axis=0).tolist()
+        (stem_back, stem_front), width = _x_range(stem), float(np.ptp(stem.outline_mm[:, 1]))
         beside = float(holes[1, 1]) - bore - width / 2.0
         if beside < 0.0 and stem_back - bore < holes[0, 0] < stem_front + bore:
             return Rejection("bolt-under-stem", f"the stem covers the bolt heads by {-beside:.2f} mm")
@@ -171,7 +178,7 @@ class StraightFinger:
             holes_mm=holes,
             screw=screw,
             trimmed=reach > spec.envelope_mm - _TOLERANCE_MM,
-            wall_mm=min(wall, thickness, width),
+            wall_mm=min(wall, stem.wall_mm, width),
         )
 
     def _build(self, spec: FingerSpec, plan: _Plan) -> _Build | Rejection:
@@ -238,14 +245,26 @@ class StraightFinger:
         p = self._params
         if spec.grip == INTERNAL and spec.gripper_type == CENTRIC_3:
             return SliceStem(nose_radius_mm=p.nose_radius, thickness_mm=p.nose_thickness)
-        return FlatStem(thickness_mm=p.thickness, width_mm=p.width, chamfer_mm=p.chamfer, inside=spec.grip == INTERNAL)
+        groove = spec.groove
+        flat = FlatStem(
+            thickness_mm=p.thickness + (0.0 if groove is None else groove.depth_mm),
+            width_mm=p.width,
+            chamfer_mm=p.chamfer,
+            inside=spec.grip == INTERNAL,
+            pad_mm=spec.pad.thickness_mm,
+        )
+        return flat if groove is None else GroovedStem(flat=flat, groove=groove)
 
     def _properties(self, spec: FingerSpec, plan: _Plan, build: _Build) -> dict[str, float]:
         """Figures for the bill of materials and the drawing, mm, N and MPa."""
         p = self._params
         thickness, width = np.ptp(plan.stem.outline_mm, axis=0).tolist()
-        nose = {"nose_radius_mm": p.nose_radius} if isinstance(plan.stem, SliceStem) else {}
-        return nose | {
+        tip = (
+            {"nose_radius_mm": p.nose_radius} if isinstance(plan.stem, SliceStem) else {"pad_thickness_mm": spec.pad.thickness_mm}
+        )
+        if spec.groove is not None:
+            tip |= {"groove_radius_mm": spec.groove.radius_mm, "contact_offset_mm": spec.groove.depth_mm}
+        return tip | {
             "deflection_mm": build.bending.deflection_mm,
             "deflection_max_mm": p.deflection_max,
             "stress_MPa": build.bending.stress_MPa,
@@ -264,10 +283,16 @@ class StraightFinger:
         }
 
 
+def _step_rad(stem: Stem) -> float:
+    """By how much the flats of the mesh turn at most."""
+    match stem:
+        case SliceStem():
+            return _NOSE_STEP_RAD
+        case GroovedStem():
+            return float(2.0 * np.arccos(1.0 - _GROOVE_DEVIATION_MM / stem.groove.radius_mm))
+        case _:
+            return _STEP_RAD
+
+
 def _x_range(stem: Stem) -> tuple[float, float]:
     return float(stem.outline_mm[:, 0].min()), float(stem.outline_mm[:, 0].max())
-
-
-def _centre_of_mass(measure: "brep.SolidMeasure") -> dict[str, float]:
-    """In the finger frame, mm."""
-    return dict(zip(("com_x_mm", "com_y_mm", "com_z_mm"), measure.centre_of_mass_mm.round(6).tolist(), strict=True))

@@ -6,7 +6,7 @@ s·W + stroke]. Lowering u to the largest lower end below it, and the finger len
 alternative that is held: only these values need to be tried.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,13 +37,22 @@ class Candidates:
     """Grippers to choose from; owned ones have no cost, reach or length to minimise."""
 
     parameters: tuple[GripperParameters, ...]  # (n,)
-    holds: scipy.sparse.csr_array  # (n, a) 1 where the alternative is held
+    holds: scipy.sparse.csr_array  # (n, a) 1 where the alternative is held, of those that its range is to hold
     covers: scipy.sparse.csr_array  # (n, components) 1 where some alternative is held
     new: FloatArray  # (n,) 1, or 0: owned
     reach_mm: FloatArray  # (n,)
     length_mm: FloatArray  # (n,)
     off_step: FloatArray  # (n,) 1: the length is not a multiple of the step
     cost: FloatArray  # (n,)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CriticalRange:
+    """A critical reach of one class, and the alternatives that grippers of that reach are to hold."""
+
+    key: str
+    reach_mm: float
+    members: IntArray  # indices of alternatives
 
 
 def demands_of(problem: GripperSetProblem) -> Demands:
@@ -103,15 +112,16 @@ def held_by_owned(problem: GripperSetProblem) -> BoolArray:
     return np.array(held, dtype=bool).reshape(len(problem.owned), len(alternatives))
 
 
-def candidates_at_most(demands: Demands) -> int:
-    """An upper bound on the number of candidates: for each critical reach, the alternatives that it may hold."""
-    total = 0
-    for index in np.unique(demands.class_of[demands.class_of >= 0]):
-        members = demands.class_of == index
-        low, high = np.sort(demands.reach_min_mm[members]), np.sort(demands.reach_max_mm[members])
-        reaches = np.unique(low)
-        total += int((np.searchsorted(low, reaches, side="right") - np.searchsorted(high, reaches - SLACK)).sum())
-    return total
+def critical_ranges(problem: GripperSetProblem, demands: Demands, *, widest_only: bool = False) -> Iterator[CriticalRange]:
+    """Every critical reach of every class.
+
+    With `widest_only` those whose alternatives the next one of the same class holds too are left out.
+    """
+    for index, key in enumerate(problem.classes):
+        members = np.flatnonzero(demands.class_of == index)
+        members = members[np.argsort(demands.reach_min_mm[members], kind="stable")]
+        for window, reach in _windows(demands, members, widest_only=widest_only):
+            yield CriticalRange(key=key, reach_mm=reach, members=window)
 
 
 def candidates_of(
@@ -119,13 +129,12 @@ def candidates_of(
     demands: Demands,
     *,
     widest_only: bool = False,
-    ranges: frozenset[tuple[str, float]] | None = None,
+    ranges: Iterable[CriticalRange] | None = None,
 ) -> Candidates:
-    """Every critical reach with every critical finger length, and the owned grippers.
+    """Every critical reach, or those of `ranges`, with every critical finger length, and the owned grippers.
 
     With `widest_only` the candidates that another one of the same class outdoes in what it holds are left out, whatever
-    their reach and finger length: enough for the fewest grippers. With `ranges`, pairs of class and largest opening, there
-    are no other opening ranges.
+    their reach and finger length: enough for the fewest grippers.
     """
     parameters: list[GripperParameters] = []
     figures: list[tuple[float, float, float, float, float]] = []  # new, reach, length, off step, cost
@@ -134,17 +143,13 @@ def candidates_of(
         parameters.append(owned)
         figures.append((0.0, 0.0, 0.0, 0.0, 0.0))
         held.append(np.flatnonzero(mask))
-    for index, (key, kind) in enumerate(problem.classes.items()):
-        members = np.flatnonzero(demands.class_of == index)
-        members = members[np.argsort(demands.reach_min_mm[members], kind="stable")]
-        for window, reach in _windows(demands, members, widest_only=widest_only):
-            if ranges is not None and (key, parameters_at(key, kind, reach, 0.0).opening_max_mm) not in ranges:
-                continue
-            for length, off_step in _lengths(problem, kind, demands, window, widest_only=widest_only):
-                parameters.append(parameters_at(key, kind, reach, length))
-                figures.append((1.0, reach, length, float(off_step), kind.cost))
-                inside = (demands.length_min_mm[window] <= length + SLACK) & (length <= demands.length_max_mm[window] + SLACK)
-                held.append(window[inside])
+    for one in critical_ranges(problem, demands, widest_only=widest_only) if ranges is None else ranges:
+        kind, window = problem.classes[one.key], one.members
+        for length, off_step in _lengths(problem, kind, demands, window, widest_only=widest_only):
+            parameters.append(parameters_at(one.key, kind, one.reach_mm, length))
+            figures.append((1.0, one.reach_mm, length, float(off_step), kind.cost))
+            inside = (demands.length_min_mm[window] <= length + SLACK) & (length <= demands.length_max_mm[window] + SLACK)
+            held.append(window[inside])
     new, reach_mm, length_mm, off_step_, cost = np.array(figures).reshape(-1, 5).T
     holds = _incidence(held, len(demands.component))
     owner = _incidence([np.array([c]) for c in demands.component], len(problem.components))  # (a, components)

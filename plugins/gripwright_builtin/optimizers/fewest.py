@@ -9,7 +9,7 @@ import numpy as np
 from gripwright.domain.gripper import GripperParameters
 from gripwright.domain.gripper_set import GripperSetProblem
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray
-from gripwright_builtin.optimizers.candidates import Demands, candidates_of, demands_of, held_by, parameters_at
+from gripwright_builtin.optimizers.candidates import Demands, candidates_of, held_by, parameters_at
 from gripwright_builtin.optimizers.objectives import PROVEN, LexicographicCover
 from gripwright_builtin.optimizers.program import Solver
 from gripwright_builtin.optimizers.reduction import greedy_cover
@@ -49,14 +49,16 @@ def fewest(problem: GripperSetProblem, demands: Demands, needed: IntArray, solve
     if not len(needed):
         return Fewest(grippers=(), bound=0.0, prices=np.zeros(len(problem.components)), detail=PROVEN)
     choices = np.bincount(demands.component[demands.class_of >= 0], minlength=len(problem.components))
+    without_owned = dataclasses.replace(problem, owned=())
     hardest_first = needed[np.argsort(choices[needed], kind="stable")]
     active = hardest_first[:_FIRST]
     while True:
-        part = _part(problem, active)
-        candidates = candidates_of(part, demands_of(part), widest_only=True)
-        cover = LexicographicCover(candidates.covers, candidates.holds, solver, deadline_s)
+        part = _part(demands, active)
+        candidates = candidates_of(without_owned, part, widest_only=True)
+        covers = candidates.covers[:, active]
+        cover = LexicographicCover(covers, candidates.holds, solver, deadline_s)
         cover.least_sum(NAME, candidates.new)
-        solved = cover.chosen if cover.chosen is not None else greedy_cover(candidates.covers)
+        solved = cover.chosen if cover.chosen is not None else greedy_cover(covers)
         grippers = [candidates.parameters[i] for i in solved]
         if len(active) < len(needed):
             grippers = [_moved(gripper, part, problem, demands) for gripper in grippers]
@@ -73,24 +75,23 @@ def _completed(
     grippers: list[GripperParameters], missing: IntArray, problem: GripperSetProblem, demands: Demands
 ) -> tuple[GripperParameters, ...]:
     """The grippers, and some more for what they do not hold."""
+    without_owned = dataclasses.replace(problem, owned=())
     while len(missing):
-        part = _part(problem, missing[:_FIRST])
-        candidates = candidates_of(part, demands_of(part), widest_only=True)
-        more = [candidates.parameters[i] for i in greedy_cover(candidates.covers)]
+        some = missing[:_FIRST]
+        part = _part(demands, some)
+        candidates = candidates_of(without_owned, part, widest_only=True)
+        more = [candidates.parameters[i] for i in greedy_cover(candidates.covers[:, some])]
         grippers = grippers + [_moved(gripper, part, problem, demands) for gripper in more]
         missing = missing[~_covered(grippers, problem, demands)[missing]]
     return tuple(grippers)
 
 
-def _moved(
-    gripper: GripperParameters, part: GripperSetProblem, problem: GripperSetProblem, demands: Demands
-) -> GripperParameters:
+def _moved(gripper: GripperParameters, part: Demands, problem: GripperSetProblem, demands: Demands) -> GripperParameters:
     """A gripper that holds all that this one holds of a part of the problem, and as much as may be of the whole."""
-    own = demands_of(part)
-    kept = held_by(gripper, part, own)
+    kept = held_by(gripper, problem, part)
     same = demands.class_of == list(problem.classes).index(gripper.gripper_type)
-    reaches = _spread(demands.reach_min_mm[same], own.reach_min_mm[kept].max(), own.reach_max_mm[kept].min())
-    lengths = _spread(demands.length_min_mm[same], own.length_min_mm[kept].max(), own.length_max_mm[kept].min())
+    reaches = _spread(demands.reach_min_mm[same], part.reach_min_mm[kept].max(), part.reach_max_mm[kept].min())
+    lengths = _spread(demands.length_min_mm[same], part.length_min_mm[kept].max(), part.length_max_mm[kept].min())
     rivals = [
         parameters_at(gripper.gripper_type, problem.classes[gripper.gripper_type], reach, length)
         for reach in reaches
@@ -105,8 +106,10 @@ def _spread(values: FloatArray, low: float, high: float) -> list[float]:
     return within[np.unique(np.linspace(0, len(within) - 1, _TRIALS).astype(np.int64))].tolist() if len(within) else []
 
 
-def _part(problem: GripperSetProblem, components: IntArray) -> GripperSetProblem:
-    return dataclasses.replace(problem, components=tuple(problem.components[i] for i in components), owned=())
+def _part(demands: Demands, components: IntArray) -> Demands:
+    """The alternatives of some components."""
+    rows = np.isin(demands.component, components)
+    return Demands(**{field.name: getattr(demands, field.name)[rows] for field in dataclasses.fields(demands)})
 
 
 def _covered(grippers: list[GripperParameters], problem: GripperSetProblem, demands: Demands) -> BoolArray:

@@ -62,15 +62,16 @@ class LexicographicCover:
         reduced = figures - self._covers @ prices
         self._alive = self._alive[affordable(reduced[self._alive], bound, most)]
 
-    def least_sum(self, name: str, figures: FloatArray) -> float | None:
-        """Least sum of a figure (candidates,) over the chosen ones."""
+    def least_sum(self, name: str, figures: FloatArray) -> None:
+        """Least sum of a figure (candidates,) over the chosen ones; no later objective makes it more than was reached."""
         model, outcome = self._solve(self._alive, lambda model: figures[model.columns], [figures])
         self._price(model.columns, figures)
-        if self._note(name, outcome, self.bound) and outcome.values is not None:
-            self._discard(figures, outcome.objective)
-            self._limits.append((figures, outcome.objective))
-            return outcome.objective
-        return None
+        found = self._note(name, outcome, self.bound, figures)
+        if self.chosen is None:
+            return
+        reached = outcome.objective if found else float(figures[self.chosen].sum())
+        self._discard(figures, reached)
+        self._limits.append((figures, reached))
 
     def least_maximum(self, name: str, figures: FloatArray) -> None:
         """Least of the largest figure (candidates,) among the chosen ones."""
@@ -147,10 +148,12 @@ class LexicographicCover:
         spans = zip(covers.indptr[:-1].tolist(), covers.indptr[1:].tolist(), strict=True)
         return max(float(values[covers.indices[start:end]].min()) for start, end in spans)
 
-    def _note(self, name: str, outcome: Outcome, bound: float) -> bool:
-        """Write down what is known of an objective; whether a choice was found."""
+    def _note(self, name: str, outcome: Outcome, bound: float, figures: FloatArray | None = None) -> bool:
+        """Write down what is known of an objective (of a sum: its figures); whether a choice was found."""
         if outcome.values is None:
             self.detail[name] = "not reached in the time"
+            if figures is not None and self.chosen is not None:
+                self.detail[name] += f": {figures[self.chosen].sum():.6g} as it stands, at least {bound:.6g}"
             return False
         self.detail[name] = PROVEN if outcome.proven else f"{outcome.objective:.6g} reached in the time, at least {bound:.6g}"
         return True

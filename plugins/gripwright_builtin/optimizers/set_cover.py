@@ -1,6 +1,7 @@
 """The smallest gripper set as a covering problem, solved exactly (paper, section 5.4)."""
 
 import time
+from collections.abc import Iterator
 from typing import ClassVar
 
 import numpy as np
@@ -11,16 +12,23 @@ from gripwright.domain.shape import IntArray
 from gripwright.plugin_api import Params, RunContext
 from gripwright_builtin.optimizers.candidates import (
     Candidates,
+    CriticalRange,
     Demands,
-    candidates_at_most,
     candidates_of,
+    critical_ranges,
     demands_of,
+    held_by,
     held_by_owned,
+    parameters_at,
 )
 from gripwright_builtin.optimizers.fewest import NAME, Fewest, components_held, fewest
+from gripwright_builtin.optimizers.grid import on_grid
 from gripwright_builtin.optimizers.objectives import LexicographicCover
 from gripwright_builtin.optimizers.program import Solver
 from gripwright_builtin.optimizers.shortening import shortened
+from gripwright_builtin.optimizers.trimming import lengths_within, without_dear, without_idle
+
+COST, CHANGES = "cost", "tool changes"
 
 
 class SetCoverParams(Params):
@@ -29,6 +37,9 @@ class SetCoverParams(Params):
     solver: Solver = Field("cbc", description="'cbc' (PuLP) or 'highs' (SciPy)")
     candidates_max: int = Field(
         100_000, ge=0, le=1_000_000, description="with more candidates only the number of grippers is proven smallest"
+    )
+    grid: int = Field(
+        0, ge=0, le=1000, description="the paper's way, for comparison: so many even openings and finger lengths; 0: exact"
     )
     time_limit: float = Field(60.0, gt=0, le=3600, description="s, for all objectives together")
 
@@ -49,6 +60,8 @@ class SetCoverOptimizer:
         """The smallest set, with its lower bound; `proven` only where the solver says so."""
         deadline_s = time.monotonic() + self._params.time_limit
         demands = demands_of(problem)
+        if self._params.grid:
+            demands = on_grid(demands, self._params.grid)
         owned = held_by_owned(problem).any(axis=0)
         coverable = np.unique(demands.component[(demands.class_of >= 0) | owned])
         covered = np.isin(np.arange(len(problem.components)), coverable)
@@ -72,21 +85,30 @@ class SetCoverOptimizer:
         """The best of the smallest sets: candidates, which of them are chosen, and what is known of each objective."""
         if not len(coverable):
             return candidates_of(problem, demands), np.empty(0, dtype=np.int64), {}
-        size = candidates_at_most(demands)
-        if size <= self._params.candidates_max:
-            candidates = candidates_of(problem, demands)
+        ranges = self._ranges(problem, demands, smallest)
+        if ranges is not None:
+            candidates = candidates_of(problem, demands, ranges=ranges)
             cover = LexicographicCover(candidates.covers[:, coverable], candidates.holds, self._params.solver, deadline_s)
             cover.limit(candidates.new, len(smallest.grippers), smallest.prices[coverable], smallest.bound)
             _prefer(cover, candidates, in_sequence=problem.in_sequence)
             if cover.chosen is not None:
                 return candidates, cover.chosen, cover.detail
-        ranges = frozenset((gripper.gripper_type, gripper.opening_max_mm) for gripper in smallest.grippers)
-        near = candidates_of(problem, demands, ranges=ranges)
+        chosen = frozenset((gripper.gripper_type, gripper.opening_max_mm) for gripper in smallest.grippers)
+        reason = "none is found in the time" if ranges is not None else f"more than {self._params.candidates_max} candidates"
+        near = candidates_of(problem, demands, ranges=_like(chosen, problem, demands))
         held = np.zeros((len(smallest.grippers), len(problem.components)), dtype=np.bool_)
         for g, gripper in enumerate(smallest.grippers):
             held[g] = components_held(gripper, problem, demands)
-        reason = f"shortened one by one, not proven: {size} candidates are more than {self._params.candidates_max}"
-        return near, shortened(near, smallest.grippers, held), {"finger lengths": reason}
+        detail = {name: f"not weighed: {reason}" for name in (COST, CHANGES) if problem.in_sequence}
+        detail["finger lengths"] = f"shortened one by one, not proven: {reason}"
+        return near, shortened(near, smallest.grippers, held), detail
+
+    def _ranges(self, problem: GripperSetProblem, demands: Demands, smallest: Fewest) -> list[CriticalRange] | None:
+        """The opening ranges that a best set may contain; None where they make too many candidates."""
+        ranges = without_dear(critical_ranges(problem, demands), demands, smallest.prices, smallest.bound, len(smallest.grippers))
+        if problem.in_sequence:  # else the alternatives held are an objective
+            ranges = without_idle(ranges, demands)
+        return lengths_within(ranges, demands, self._params.candidates_max)
 
 
 def _prefer(cover: LexicographicCover, candidates: Candidates, *, in_sequence: bool) -> None:
@@ -94,8 +116,8 @@ def _prefer(cover: LexicographicCover, candidates: Candidates, *, in_sequence: b
     if not candidates.new.all():
         cover.least_sum("owned grippers", 1.0 - candidates.new)
     if in_sequence:
-        cover.least_sum("cost", candidates.cost)
-        cover.fewest_changes("tool changes")
+        cover.least_sum(COST, candidates.cost)
+        cover.fewest_changes(CHANGES)
     if candidates.off_step.any():
         cover.least_sum("finger lengths off the step", candidates.off_step)
     cover.least_maximum("longest finger", candidates.length_mm)
@@ -105,14 +127,23 @@ def _prefer(cover: LexicographicCover, candidates: Candidates, *, in_sequence: b
     cover.least_sum("opening ranges", candidates.reach_mm)
 
 
+def _like(chosen: frozenset[tuple[str, float]], problem: GripperSetProblem, demands: Demands) -> Iterator[CriticalRange]:
+    """The opening ranges, as pairs of class and largest opening, that are among these."""
+    for one in critical_ranges(problem, demands):
+        if (one.key, parameters_at(one.key, problem.classes[one.key], one.reach_mm, 0.0).opening_max_mm) in chosen:
+            yield one
+
+
 def _grippers(problem: GripperSetProblem, candidates: Candidates, demands: Demands, which: IntArray) -> tuple[ChosenGripper, ...]:
     grippers = []
     for i in which.tolist():
+        parameters, is_new = candidates.parameters[i], bool(candidates.new[i])
+        held = np.flatnonzero(held_by(parameters, problem, demands)) if is_new else np.sort(candidates.holds[[i]].indices)
         holds: dict[str, tuple[int, ...]] = {}
-        for a in np.sort(candidates.holds[[i]].indices).tolist():
+        for a in held.tolist():
             component = problem.components[demands.component[a]].id
             holds[component] = (*holds.get(component, ()), int(demands.alternative[a]))
-        grippers.append(ChosenGripper(parameters=candidates.parameters[i], holds=holds, owned=not candidates.new[i]))
+        grippers.append(ChosenGripper(parameters=parameters, holds=holds, owned=not is_new))
     return tuple(sorted(grippers, key=_order))
 
 

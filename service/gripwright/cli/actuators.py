@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from gripwright.design.catalogue import why_not
 from gripwright.domain.errors import Fault, InvalidInput
 from gripwright.jobs.catalogue import catalogue, import_actuators, prepared_database
 from gripwright.settings import load_settings
@@ -14,12 +15,15 @@ actuators = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 @actuators.callback(invoke_without_command=True)
 def list_catalogue(context: typer.Context) -> None:
-    """The catalogue: maker and model, type, stroke and force as totals, confidence."""
+    """The catalogue: maker and model, type, stroke and force as totals, confidence, and why one is not used by itself."""
     if context.invoked_subcommand is not None:
         return
     for actuator in catalogue(load_settings()):
+        stroke = f"{actuator.stroke_mm:g} mm" if actuator.stroke_mm > 0.0 else "stroke unknown"
         force = "force unknown" if actuator.grip_force_N is None else f"{actuator.grip_force_N:g} N"
-        typer.echo(f"{actuator.name}  {actuator.gripper_type}  {actuator.stroke_mm:g} mm  {force}  {actuator.confidence}")
+        reason = why_not(actuator)
+        told = f"  {reason.code}" + (f" ({actuator.note})" if actuator.note else "") if reason is not None else ""
+        typer.echo(f"{actuator.name}  {actuator.gripper_type}  {stroke}  {force}  {actuator.confidence}{told}")
 
 
 @actuators.command("import")

@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,7 @@ UNKNOWN_FORCE_COST = 1000.0
 """Added to the cost of an actuator of unknown force: it is taken where it saves a gripper, not where it saves mass."""
 
 _SLACK_MM = 1e-9
+_SHORTER_MM = 0.01  # than what was found too heavy
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +64,7 @@ class ActuatorClass:
     envelope_mm: float
     opening_max_mm: float
     gripper_class: GripperClass
+    length_limit: str = ""  # why the fingers are no longer, where it is not the maker who says so
 
     def serves(self, free: FreeGrasp) -> bool:
         """Whether a grasp asks for this type of gripper."""
@@ -89,6 +92,7 @@ class ActuatorClass:
             return Shortfall("finger-too-long", f"no finger is long enough to keep {actuator.name} clear", math.inf)
         if length_min_mm > length_max_mm + _SLACK_MM:
             detail = f"{actuator.name} needs fingers of at least {length_min_mm:.2f} mm, {length_max_mm:.2f} mm are allowed"
+            detail += f": {self.length_limit}" if self.length_limit else ""
             return Shortfall("finger-too-long", detail, length_min_mm - length_max_mm)
         return policy.weakness(actuator, free.hold.required_force_N) or GraspConstraint(
             gripper_type=self.key,
@@ -149,6 +153,16 @@ def classes_of(
     return classes
 
 
+def with_shorter_fingers(kind: ActuatorClass, too_heavy: Mapping[str, Mapping[str, Any]]) -> ActuatorClass:
+    """The class with fingers shorter than those that were found too heavy for its actuator."""
+    if kind.actuator.name not in too_heavy:
+        return kind
+    found = too_heavy[kind.actuator.name]
+    length_mm = min(kind.gripper_class.finger_length_max_mm, found["finger_length"] - _SHORTER_MM)
+    gripper_class = replace(kind.gripper_class, finger_length_max_mm=length_mm)
+    return replace(kind, gripper_class=gripper_class, length_limit=f"a longer one is too heavy, {found['detail']}")
+
+
 def owned_class(key: str, owned: Gripper, hand: HandModel) -> ActuatorClass:
     """The class of a gripper that is at hand, with its own opening range and finger length."""
     return ActuatorClass(
@@ -188,6 +202,7 @@ def _outdoes(other: Actuator, actuator: Actuator, costs: Mapping[str, float], gr
             -catalogue.actuator_envelope_mm(one),
             _opening_limit_mm(one),
             _finger_length_max_mm(one),
+            math.inf if one.finger_mass_max_kg is None else one.finger_mass_max_kg,
             math.inf if one.grip_force_N is None else one.grip_force_N,
             -costs[one.name],
         )

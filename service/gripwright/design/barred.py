@@ -4,8 +4,11 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
+from gripwright.design.reason import held_with
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import FreeGrasp, NearestMiss, OperationVerdict, SegmentVerdict
+
+_TELLING_NMM = 50.0  # a smaller moment is not what the force is needed for
 
 
 def without_barred(verdict: OperationVerdict, barred: Mapping[str, Any]) -> OperationVerdict:
@@ -27,13 +30,14 @@ def _lighter(segment: SegmentVerdict, barred: Mapping[str, Any]) -> SegmentVerdi
     free = tuple(grasp for grasp in segment.free if not _is_barred(grasp, barred))
     if free:
         return dataclasses.replace(segment, free=free)
-    miss = _too_heavy(segment.segment, min(given_up, key=lambda grasp: grasp.hold.required_force_N), barred)
+    miss = _too_heavy(segment, min(given_up, key=lambda grasp: grasp.hold.required_force_N), barred)
     return dataclasses.replace(segment, free=free, rejection=Rejection(miss.code, miss.sentence), nearest_miss=miss)
 
 
-def _too_heavy(segment: int, lightest: FreeGrasp, barred: Mapping[str, Any]) -> NearestMiss:
+def _too_heavy(segment: SegmentVerdict, lightest: FreeGrasp, barred: Mapping[str, Any]) -> NearestMiss:
     """What the grasp that needs the least force asks for; up to which force fingers could be made is not searched for."""
-    grasp, force_N = lightest.grasp, lightest.hold.required_force_N
+    grasp, force_N, moment_Nmm = lightest.grasp, lightest.hold.required_force_N, lightest.hold.moment_Nmm
+    against = f" against a moment of {moment_Nmm / 1000.0:.1f} N·m" if moment_Nmm >= _TELLING_NMM else ""
     return NearestMiss(
         code="not-held",
         quantity="grip force",
@@ -42,9 +46,8 @@ def _too_heavy(segment: int, lightest: FreeGrasp, barred: Mapping[str, Any]) -> 
         amount=None,
         unit="N",
         sentence=(
-            f"gripped across {grasp.opening_width_mm:.1f} mm (segment {segment}), it loads the fingers with a moment of "
-            f"{lightest.hold.moment_Nmm / 1000.0:.1f} N·m, which takes a grip force of {force_N:.0f} N to hold by friction, and "
-            f"no finger bears that: {barred[grasp.grip]['detail']}"
+            f"{held_with(grasp, segment.segment)} it takes a grip force of {force_N:.0f} N to hold it by friction"
+            f"{against}, and no finger was found that bears it: {barred[grasp.grip]['detail']}"
         ),
         gripper_type=grasp.gripper_type,
         grip=grasp.grip,

@@ -26,6 +26,7 @@ __all__ = [
     "palm_depth_mm",
     "palm_envelope_mm",
     "select",
+    "unavailable",
     "why_not",
     "why_unusable",
 ]
@@ -79,6 +80,13 @@ def select(actuators: Sequence[Actuator], spec: str | Sequence[str]) -> tuple[Ac
     if faults or not names:
         raise InvalidPlan("; ".join(fault.message for fault in faults) or "no actuator is named", faults=tuple(faults))
     return tuple(known[name] for name in dict.fromkeys(names))
+
+
+def unavailable(actuators: Sequence[Actuator], spec: str | Sequence[str]) -> dict[str, Rejection]:
+    """By name the actuators that a plan does not use, and why."""
+    usable = {actuator.name for actuator in select(actuators, spec)}
+    not_named = Rejection("not-in-plan", "the plan's `actuators` do not name it")
+    return {actuator.name: why_not(actuator) or not_named for actuator in actuators if actuator.name not in usable}
 
 
 def body_size(actuator: Actuator) -> tuple[float, float]:

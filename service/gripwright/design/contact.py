@@ -148,15 +148,16 @@ def _touching(
 
 
 def _contact(touching: Sequence[tuple[FloatArray, FloatArray]], height_mm: float, sign: float) -> Contact:
-    """The contact of a finger, with the normal of the flat that touches most."""
+    """The contact of a finger, with the mean normal of its touching flats, by area."""
     areas = [np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1) / 2.0 for _, p in touching]
     centres = np.concatenate([transform(X_CP, patch.mean(axis=1)) for X_CP, patch in touching])
-    totals = [float(area.sum()) for area in areas]
+    totals = np.array([area.sum() for area in areas])
+    normal = (totals + 1e-12) @ np.array([X_CP[:3, 0] for X_CP, _ in touching])
     return Contact(
         height_mm=height_mm,
-        area_mm2=sum(totals),
+        area_mm2=float(totals.sum()),
         centre_C=np.average(centres, axis=0, weights=np.concatenate(areas) + 1e-12),
-        normal_C=sign * touching[int(np.argmax(totals))][0][:3, 0],
+        normal_C=sign * normal / np.linalg.norm(normal),
         gap_mm=min(float(-(sign * patch[..., 0]).max()) for _, patch in touching),
     )
 

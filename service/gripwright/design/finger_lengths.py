@@ -69,13 +69,16 @@ def _last_palm_touch(check: HandCheck, grasp: Grasp, envelope_mm: float, low_mm:
     scene = check.scene
     last: _Touch = (-np.inf, None)
     X_PG = scene.X_PC @ grasp.X_CG
-    for vertices in check.palm(envelope_mm):
-        solid = check.sweeps.polytope(vertices, 0.0)
-        out = _withdrawn(solid.swept(_BACK * check.far_mm))
+
+    def moved_back(faces: Faces) -> Shrinking:
+        return withdrawn(faces, _BACK, LENGTH_LIMIT_MM, low_mm)
+
+    for solid, way_out in check.palm(envelope_mm):
+        out = moved_back(way_out)
         for among, X in ((scene.attached, grasp.X_CG), *((scene.standing, place @ X_PG) for place in check.ends)):
             last = _later(last, among.last_touch(out, standing(X), max(last[0], low_mm), LENGTH_LIMIT_MM))
         span = (max(last[0], low_mm), LENGTH_LIMIT_MM)
-        last = _later(last, check.sweeps.last_touch(scene.standing, solid, X_PG, _withdrawn, span))
+        last = _later(last, check.sweeps.last_touch(scene.standing, solid, X_PG, moved_back, span))
     return last
 
 
@@ -99,10 +102,6 @@ def _last_stem_touch(check: HandCheck, grasp: Grasp, end_mm: float) -> _Touch:
 
 def _later(one: _Touch, other: _Touch) -> _Touch:
     return other if other[0] > one[0] else one
-
-
-def _withdrawn(faces: Faces) -> Shrinking:
-    return withdrawn(faces, _BACK, LENGTH_LIMIT_MM)
 
 
 def _shortened(faces: Faces) -> Shrinking:

@@ -26,6 +26,7 @@ from gripwright.design.holding import hold
 from gripwright.design.holding_load import Load
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.grasp import EXTERNAL, Grasp, GripRequirement
+from gripwright.domain.pad import Pad
 from gripwright.domain.shape import FloatArray
 from gripwright.plugin_api import HandModel
 
@@ -79,6 +80,7 @@ class Circumstances:
     friction: float
     min_contact_mm: float
     envelopes: Envelopes
+    pad: Pad
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -228,7 +230,8 @@ class Gauge:
             return []
 
         def held(friction: float) -> bool:
-            return bool(np.isfinite(hold(grasp, touching, self._attempt.radius_mm, around.load, friction).required_force_N))
+            held = hold(grasp, touching, self._attempt.radius_mm, around.load, friction, around.pad)
+            return bool(np.isfinite(held.required_force_N))
 
         if held(around.friction):
             return []

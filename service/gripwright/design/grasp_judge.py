@@ -58,6 +58,7 @@ class GraspJudge:
             friction=held.component.friction,
             min_contact_mm=ctx.min_contact_mm,
             envelopes=envelopes,
+            pad=ctx.pad,
         )
 
     def first_free(
@@ -128,7 +129,7 @@ class GraspJudge:
         touched = forbidden_touch(grasp, self._regions, hand, reach)
         if touched is not None:
             return Miss(stage=9, code=touched.code, detail=touched.detail)
-        held = hold(grasp, touching, radius_mm, self._load, self.held.component.friction)
+        held = hold(grasp, touching, radius_mm, self._load, self.held.component.friction, self._ctx.pad)
         if not np.isfinite(held.required_force_N):
             detail = f"no grip force holds it: at friction {self.held.component.friction:g} the squeezed surfaces slip out"
             return Miss(stage=10, code="not-held", detail=detail)

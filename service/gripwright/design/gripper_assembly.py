@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gripwright.design.catalogue import actuator_envelope_mm, opening_reference_mm
-from gripwright.domain.gripper import Actuator, Gripper, JawInterface
+from gripwright.domain.gripper import Actuator, FingerDesign, Gripper, JawInterface
 from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.geometry.frames import transform
 from gripwright.plugin_api.contracts import HandModel
@@ -35,6 +35,7 @@ STANDARD_JAWS = (
 """Jaws, large to small, that stand for an actuator's own: no maker's interface is in the catalogue."""
 
 FINGER_COLOUR = (0.85, 0.55, 0.20)
+PAD_COLOUR = (0.12, 0.12, 0.13)
 JAW_COLOUR = (0.55, 0.58, 0.62)
 BODY_COLOUR = (0.25, 0.28, 0.32)
 
@@ -96,9 +97,9 @@ def body_shape(gripper: Gripper, hand: HandModel, measures: BodyMeasures, jaw: J
 
 
 def gripper_parts(
-    gripper: Gripper, hand: HandModel, finger: Mesh, measures: BodyMeasures, jaw: JawInterface, opening_width_mm: float
+    gripper: Gripper, hand: HandModel, finger: FingerDesign, measures: BodyMeasures, jaw: JawInterface, opening_width_mm: float
 ) -> list[GripperPart]:
-    """The gripper at one opening, part by part: actuator, jaws, fingers."""
+    """The gripper at one opening, part by part: actuator, jaws, fingers and their pads."""
     from gripwright.geometry import brep
 
     radius = jaw_radius_mm(gripper, opening_width_mm)
@@ -106,11 +107,14 @@ def gripper_parts(
     poses = hand.finger_poses(opening_width_mm)
     body = brep.tessellate(_actuator(gripper, measures, jaw))
     jaws = [brep.tessellate(_bar(X, (radius, radius + jaw.depth_mm), jaw.width_mm, back, front)) for X in poses]
-    fingers = placed_fingers(finger, poses)
+    bonded = finger.bonded
+    fingers = placed_fingers(finger.mesh if bonded is None else bonded.bare.mesh, poses)
+    pads = [] if bonded is None else placed_fingers(bonded.pad.mesh, poses)
     return [
         GripperPart(name="actuator", mesh=body, colour=BODY_COLOUR),
         *(GripperPart(name=f"jaw-{i}", mesh=mesh, colour=JAW_COLOUR) for i, mesh in enumerate(jaws, start=1)),
         *(GripperPart(name=f"finger-{i}", mesh=mesh, colour=FINGER_COLOUR) for i, mesh in enumerate(fingers, start=1)),
+        *(GripperPart(name=f"pad-{i}", mesh=mesh, colour=PAD_COLOUR) for i, mesh in enumerate(pads, start=1)),
     ]
 
 

@@ -1,4 +1,7 @@
-"""The gripping surface of a hand's fingers, read off its solids: a flat, or a rounded nose of narrow flats. Lengths in mm."""
+"""The gripping surface of a hand's fingers, read off its solids: a flat, or narrow flats that stand for a nose or a groove.
+
+Lengths in mm.
+"""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -28,7 +31,7 @@ class Flat:
 class GrippingSurface:
     """Finger frame F. `profile` runs across the finger: (y, how far the surface recedes there from the plane x = 0)."""
 
-    profile: FloatArray  # (k, 2) ascending in y, convex
+    profile: FloatArray  # (k, 2) ascending in y
     thickness_mm: float
     flats: tuple[Flat, ...]
     sign: float  # of x, where the component is not: +1 for an external grip, −1 for an internal one
@@ -40,9 +43,10 @@ class GrippingSurface:
 
     @property
     def radius_mm(self) -> float:
-        """Radius of the nose; inf for a flat surface."""
+        """Radius of the nose, of a groove negative; inf for a flat surface."""
         turn = 2.0 * sum(flat.rounding_rad for flat in self.flats)
-        return sum(flat.width_mm for flat in self.flats) / turn if turn > 0.0 else np.inf
+        hollow = self.profile[:, 1].max() > self.profile[[0, -1], 1].max()
+        return (-1.0 if hollow else 1.0) * sum(flat.width_mm for flat in self.flats) / turn if turn > 0.0 else np.inf
 
     def depths_mm(self, triangles_F: FloatArray) -> FloatArray:
         """How deep in the finger, along x, each corner of triangles (m, 3, 3) lies, negative before it, (k,).
@@ -60,25 +64,32 @@ class GrippingSurface:
 
 def gripping_surface(hand: HandModel, grip: str) -> GrippingSurface:
     """The side of the hand's finger that faces the component."""
-    section = np.concatenate([solid.vertices_mm[:, :2] for solid in hand.finger(10.0, grip)])
-    return _of_section(section.tobytes(), 1.0 if grip == EXTERNAL else -1.0)
+    sections = tuple(solid.vertices_mm[:, :2].tobytes() for solid in hand.finger(10.0, grip))
+    return _of_sections(sections, 1.0 if grip == EXTERNAL else -1.0)
 
 
 @lru_cache(maxsize=64)
-def _of_section(points_xy: bytes, sign: float) -> GrippingSurface:
-    outline = np.frombuffer(points_xy).reshape(-1, 2) * [sign, 1.0]  # the component lies at negative x
+def _of_sections(sections_xy: tuple[bytes, ...], sign: float) -> GrippingSurface:
+    outlines = [np.frombuffer(points_xy).reshape(-1, 2) * [sign, 1.0] for points_xy in sections_xy]
+    chains = [_facing(outline) for outline in outlines]
+    y = np.unique(np.concatenate([chain[:, 0] for chain in chains]))
+    x = np.min([np.interp(y, chain[:, 0], chain[:, 1], left=np.inf, right=np.inf) for chain in chains], axis=0)
+    profile = np.stack([y, x], axis=1)
+    return GrippingSurface(
+        profile=profile,
+        thickness_mm=float(max(outline[:, 0].max() for outline in outlines)),
+        flats=_flats(profile, sign),
+        sign=sign,
+    )
+
+
+def _facing(outline: FloatArray) -> FloatArray:
+    """The side at small x of a convex solid's section (n, 2): (y, x) of its corners, ascending in y."""
     hull = outline[ConvexHull(outline).vertices]  # (n, 2) counter-clockwise
     edges = np.roll(hull, -1, axis=0) - hull
     facing = edges[:, 1] < -1e-9 * np.linalg.norm(edges, axis=1)
     first = int(np.flatnonzero(facing & ~np.roll(facing, 1))[0])
-    chain = np.roll(hull, -first, axis=0)[: int(facing.sum()) + 1][::-1]  # ascending in y
-    profile = np.stack([chain[:, 1], chain[:, 0]], axis=1)
-    return GrippingSurface(
-        profile=profile,
-        thickness_mm=float(outline[:, 0].max()),
-        flats=_flats(profile, sign),
-        sign=sign,
-    )
+    return np.asarray(np.roll(hull, -first, axis=0)[: int(facing.sum()) + 1][::-1, ::-1])
 
 
 def _flats(profile: FloatArray, sign: float) -> tuple[Flat, ...]:

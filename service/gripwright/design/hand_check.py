@@ -16,6 +16,7 @@ from gripwright.design.sweeps import Sweeps
 from gripwright.domain.grasp import EXTERNAL, Grasp
 from gripwright.domain.shape import FloatArray, IntArray
 from gripwright.geometry.collision import ConvexShape, Scene
+from gripwright.geometry.polytope import Faces, Polytope
 from gripwright.geometry.solids import dilated, swept
 from gripwright.plugin_api import HandModel
 
@@ -69,7 +70,7 @@ class HandCheck:
         self._start, self._end = scene.motion[0], scene.motion[-1]
         self._glances = sampled(scene.motion[[0, -1]], 4)[:0:-1]  # from the end, where things are close
         self._fingers: dict[tuple[str, float], list[FloatArray]] = {}
-        self._palms: dict[float, list[FloatArray]] = {}
+        self._palms: dict[float, list[tuple[Polytope, Faces]]] = {}
 
     def rough(self, grasp: Grasp, tips_mm: float) -> Miss | None:
         """Why the open hand cannot leave, or the tips (`tips_mm` long) cannot close: before the grasp is seated."""
@@ -103,12 +104,14 @@ class HandCheck:
                     best = self.scene.standing.distance(self._cached(vertices), X_PF, best)[0]
         return best
 
-    def palm(self, envelope_mm: float) -> list[FloatArray]:
-        """The palm's solids at L = 0 with the margin around them, frame G."""
+    def palm(self, envelope_mm: float) -> list[tuple[Polytope, Faces]]:
+        """The palm's solids at L = 0 with the margin around them, each with what it passes through on its way out, frame G."""
         if envelope_mm not in self._palms:
             depth = BEHIND_MM + LENGTH_LIMIT_MM  # so that what is free at one length is free at every greater one
             palm = self.hand.palm(0.0, envelope_mm, depth)
-            self._palms[envelope_mm] = [dilated(solid.vertices_mm, self.scene.margin_mm) for solid in palm]
+            solids = [Polytope(dilated(solid.vertices_mm, self.scene.margin_mm)) for solid in palm]
+            out = np.array([0.0, 0.0, -self.far_mm])
+            self._palms[envelope_mm] = [(solid, solid.swept(out)) for solid in solids]
         return self._palms[envelope_mm]
 
     @property
@@ -205,7 +208,7 @@ class _Candidates:
 
 
 def drawn_back(vertices: FloatArray, by_mm: float, grasp: Grasp) -> FloatArray:
-    """The finger without the layer next to its gripping surface."""
+    """The finger without the layer next to its gripping surface, which may be hollow."""
     if grasp.grip == EXTERNAL:
-        return np.maximum(vertices, [by_mm, -np.inf, -np.inf])
+        return np.asarray(np.minimum(vertices + np.array([by_mm, 0.0, 0.0]), [vertices[:, 0].max(), np.inf, np.inf]))
     return np.maximum(vertices - [by_mm, 0.0, 0.0], [vertices[:, 0].min(), -np.inf, -np.inf])  # a nose is drawn back whole

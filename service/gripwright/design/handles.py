@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from gripwright.design.actuation import ActuatorClass, HoldPolicy, Shortfall
-from gripwright.domain.grasp import FreeGrasp, OperationVerdict
+from gripwright.domain.grasp import FreeGrasp, Hold, OperationVerdict
 from gripwright.domain.gripper import Actuator, GripperParameters, Handle
 
 _BELOW = 0.3  # sine of the angle from which a hand counts as coming from below
@@ -73,7 +73,7 @@ def best_handle(
         grasp=best.free.grasp,
         gap_mm=best.free.gap_mm,
         hold=best.free.hold,
-        safety_factor=_safety_factor(kind.actuator, best.free),
+        safety_factor=safety_factor(kind.actuator, best.free.hold),
     )
 
 
@@ -98,6 +98,7 @@ def _preference(held: HeldGrasp) -> tuple[float, ...]:
     )
 
 
-def _safety_factor(actuator: Actuator, free: FreeGrasp) -> float | None:
-    required_N = free.hold.required_force_N
+def safety_factor(actuator: Actuator, hold: Hold) -> float | None:
+    """The actuator's grip force over the force that friction needs; None: not known, or nothing is needed."""
+    required_N = hold.required_force_N
     return None if actuator.grip_force_N is None or required_N <= 0.0 else actuator.grip_force_N / required_N

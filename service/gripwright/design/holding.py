@@ -1,10 +1,10 @@
 """What holding a component asks of the gripper: friction of soft fingertips against the loads of an operation (paper, 5.4).
 
-Contacts are patches of a thin elastic pad. Its elastic foundation (Johnson, Contact Mechanics, 1985, section 4.3) gives the
-width of the strip on a curved surface from the relative curvature (Harada et al., Stability of soft-finger grasp based on
-contact area, 2014; Ciocarlie et al., Soft finger model with adaptive contact geometry, 2007), and how the contacts share a
-load. A patch slips outside the ellipsoid (f / μN)² + (τ / μN·r)² = 1 (Howe and Cutkosky, Practical force-motion models for
-sliding manipulation, 1996), r being the mean distance of its pressure from its centre.
+Contacts are patches of a thin elastic pad, which flat fingers carry. Its elastic foundation (Johnson, Contact Mechanics, 1985,
+section 4.3) gives the width of the strip on a curved surface from the relative curvature (Harada et al., Stability of soft-finger
+grasp based on contact area, 2014; Ciocarlie et al., Soft finger model with adaptive contact geometry, 2007), and how the contacts
+share a load. A patch slips outside the ellipsoid (f / μN)² + (τ / μN·r)² = 1 (Howe and Cutkosky, Practical force-motion models
+for sliding manipulation, 1996), r being the mean distance of its pressure from its centre.
 
 The actuator keeps the sum of the normal forces, the grip force F; its guides carry their differences. The elastic
 distribution is one that friction may choose: F, at which the first contact slips, is never below the least force that any
@@ -12,7 +12,6 @@ distribution needs, and was at most twice that in tests.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from gripwright.design.contact import Contact
 from gripwright.design.gripping_surface import GrippingSurface
 from gripwright.design.holding_load import Load, wrenches
 from gripwright.domain.grasp import Grasp, Hold
+from gripwright.domain.pad import PAD, Pad
 from gripwright.domain.shape import Cylinder, FloatArray, Primitive
 
 _TILT = 1.0 / 3.0  # of a patch's extent: how far the pressure's resultant may shift, so that at least half stays pressed
@@ -29,43 +29,19 @@ _STEP = 1.0 / 1.2  # of the logarithm: a patch's torsion grows with about the fi
 _NARROWEST_MM = 0.01
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Pad:
-    """The fingertip's pad: a thin layer bonded to the finger. Default: 1 mm of rubber of 70 Shore A (Gent: E = 5.5 MPa)."""
-
-    modulus_MPa: float = 5.5
-    poisson: float = 0.45
-    thickness_mm: float = 1.0
-    compression: float = 0.2  # of the thickness, that it bears for long
-
-    @property
-    def normal_N_mm3(self) -> float:
-        """Pressure by indentation of a layer that cannot give sideways."""
-        nu = self.poisson
-        return self.modulus_MPa * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu)) / self.thickness_mm
-
-    @property
-    def shear_N_mm3(self) -> float:
-        """Shear stress by tangential displacement."""
-        return self.modulus_MPa / (2.0 * (1.0 + self.poisson)) / self.thickness_mm
-
-
-PAD = Pad()
-
-
 def contact_radius_mm(primitive: Primitive, gripping: GrippingSurface, pad: Pad = PAD) -> float:
-    """Radius of the relative curvature of a surface and the finger on it; inf for a flat finger on a plane.
+    """Radius of the relative curvature of a surface and the pad on it; inf for a plane on a flat finger.
 
-    Curvatures add up: 1/R of a cylinder, −1/R of a bore, 1/r of a nose. A nose that nearly fills its bore counts as no wider
-    than the finger.
+    Curvatures add up: 1/R of a cylinder, −1/r of a groove. A cylinder that nearly fills its groove counts as no wider than the
+    finger. A nose carries no pad: it is reckoned as an edge, which touches along a line.
     """
     surface = primitive.radius_mm if isinstance(primitive, Cylinder) else np.inf
-    nose = gripping.radius_mm
-    if not np.isfinite(nose):
+    if not np.isfinite(gripping.radius_mm):
         return surface
-    bent = -1.0 if isinstance(primitive, Cylinder) and primitive.internal else 1.0
+    if gripping.radius_mm > 0.0:
+        return _NARROWEST_MM
     widest = (gripping.y_range[1] - gripping.y_range[0]) ** 2 / (8.0 * pad.compression * pad.thickness_mm)
-    curvature = 1.0 / nose + bent / surface
+    curvature = 1.0 / surface + 1.0 / gripping.radius_mm
     return min(1.0 / curvature, widest) if curvature > 0.0 else widest
 
 

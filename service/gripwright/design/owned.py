@@ -53,8 +53,15 @@ def owned_grippers(
 
 
 def specifications(design: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The grippers of a design document as those that are owned from then on; owned ones keep their names."""
+    """The grippers of a design document as those that are owned from then on; owned ones keep their names.
+
+    InvalidPlan names those with concave tips: the hand model of an owned gripper is flat.
+    """
     product = design["product"]
+    hollow = [gripper["id"] for gripper in design["grippers"] if "groove_radius_mm" in (gripper.get("finger") or {})]
+    if hollow:
+        listed = ", ".join(hollow)
+        raise InvalidPlan(f"grippers with concave tips cannot be taken over as owned, their hand model is flat: {listed}")
     return [
         {
             "name": gripper["owned"] or f"{product['part_number']}-{product['revision']}-{gripper['id']}",

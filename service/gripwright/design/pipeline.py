@@ -13,11 +13,13 @@ from gripwright.design.plan import Plan
 from gripwright.design.runner import Ref, Runner
 from gripwright.domain.assembly import AssemblyTask, Component, Operation
 from gripwright.domain.errors import Fault, InvalidInput, Rejection
-from gripwright.domain.gripper import Actuator, Gripper, without_handles
+from gripwright.domain.gripper import FINGER_TOO_HEAVY, Actuator, Gripper, without_handles
 from gripwright.domain.shape import Mesh
 
 _ATTEMPTS = 6
 """Selections before the operations of grippers that cannot be made are given up."""
+
+_FLAT = "straight"  # the finger designer that shapes no tips
 
 _NO_MESH = Mesh(vertices_mm=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int64))
 
@@ -33,14 +35,18 @@ def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner
     scenes = [_operation_inputs(operation, task, parts, runner) for operation in task.operations]
     verdicts = _refs(runner.map("constraints", [{**scene, "actuators": chosen, "owned": owned} for scene in scenes]))
     skeleton = _ref(runner.put(_without_meshes(task)))
-    selection, cads = _grippers({"task": skeleton, "verdicts": verdicts, "actuators": chosen, "owned": owned}, runner)
+    judged = {
+        operation.id: {"operation": scene, "verdict": verdict}
+        for operation, scene, verdict in zip(task.operations, scenes, verdicts, strict=True)
+    }
+    problem = {"task": skeleton, "verdicts": verdicts, "actuators": chosen, "owned": owned}
+    selection, cads = _grippers(problem, None if plan.finger == _FLAT else judged, runner)
     grippers: Sequence[Gripper] = runner.get(selection).grippers
     given = [_ref(runner.put(gripper)) for gripper in grippers]
-    of_operation = dict(zip((operation.id for operation in task.operations), scenes, strict=True))
     checks = runner.map(
         "verify",
         [
-            {"gripper": ref, "cad": cad, "operations": [of_operation[handle.operation] for handle in gripper.handles]}
+            {"gripper": ref, "cad": cad, "operations": [judged[handle.operation]["operation"] for handle in gripper.handles]}
             for gripper, ref, cad in zip(grippers, given, _refs(cads), strict=True)
         ],
     )
@@ -54,23 +60,30 @@ def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner
                 "selection": _ref(selection),
                 "cads": _refs(cads),
                 "checks": _refs(checks),
+                "unavailable": _ref(runner.put(catalogue.unavailable(actuators, plan.actuators))),
             }
         ],
     )
     return result
 
 
-def _grippers(problem: Mapping[str, Any], runner: Runner) -> tuple[Ref, list[Ref]]:
-    """The gripper set and the CAD of each gripper (None: it is owned).
+def _grippers(
+    problem: Mapping[str, Any], shaping: Mapping[str, Mapping[str, Any]] | None, runner: Runner
+) -> tuple[Ref, list[Ref]]:
+    """The gripper set and the CAD of each gripper (None: it is owned); `shaping`: what shapes the tips, by operation.
 
+    Where the finger is too heavy for its actuator, that one is offered with shorter fingers alone, and the set is chosen again.
     Where no finger can be made for what a gripper has to bear, its heaviest grasp is barred, and with it all of the same grip
     that are heavier in that operation, and the set is chosen again; after `_ATTEMPTS` with grippers of one grip their
     operations are barred for it.
     """
     barred: dict[str, dict[str, Any]] = {}
+    too_heavy: dict[str, dict[str, Any]] = {}
     attempts: Counter[str] = Counter()
     while True:
-        (selection,) = runner.map("select", [{**problem, "barred": barred}])
+        (selection,) = runner.map("select", [{**problem, "barred": barred, "too_heavy": too_heavy}])
+        if shaping is not None:
+            selection = _with_tips(selection, shaping, runner)
         grippers: Sequence[Gripper] = runner.get(selection).grippers
         cads = _cads(grippers, runner.get(selection).owned, runner)
         refused = [
@@ -80,11 +93,31 @@ def _grippers(problem: Mapping[str, Any], runner: Runner) -> tuple[Ref, list[Ref
         if not refused or max(attempts.values()) > 2 * _ATTEMPTS:
             return selection, cads
         for gripper, cad in refused:
-            heaviest = max(gripper.handles, key=lambda handle: handle.hold.required_force_N)
             last = attempts[gripper.grip] >= _ATTEMPTS
+            if cad.code == FINGER_TOO_HEAVY:
+                limit = {"finger_length": 0.0 if last else gripper.finger_length_mm, "detail": cad.detail}
+                too_heavy = {**too_heavy, gripper.actuator.name: limit}
+                continue
+            heaviest = max(gripper.handles, key=lambda handle: handle.hold.required_force_N)
             for handle in gripper.handles if last else (heaviest,):
                 limit = {"force": 0.0 if last else handle.hold.required_force_N, "detail": cad.detail}
                 barred = {**barred, handle.operation: {**barred.get(handle.operation, {}), gripper.grip: limit}}
+
+
+def _with_tips(selection: Ref, shaping: Mapping[str, Mapping[str, Any]], runner: Runner) -> Ref:
+    """The selection, the tips of its new grippers shaped where that keeps every promise."""
+    chosen = runner.get(selection)
+    new = [gripper for gripper in chosen.grippers if gripper.id not in chosen.owned]
+    inputs = [
+        {
+            "gripper": _ref(runner.put(gripper)),
+            "operations": [shaping[handle.operation]["operation"] for handle in gripper.handles],
+            "verdicts": [shaping[handle.operation]["verdict"] for handle in gripper.handles],
+        }
+        for gripper in new
+    ]
+    shaped = dict(zip((gripper.id for gripper in new), map(runner.get, runner.map("tips", inputs)), strict=True))
+    return runner.put(dataclasses.replace(chosen, grippers=tuple(shaped.get(gripper.id, gripper) for gripper in chosen.grippers)))
 
 
 def _cads(grippers: Sequence[Gripper], owned: Container[str], runner: Runner) -> list[Ref]:

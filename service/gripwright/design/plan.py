@@ -6,9 +6,12 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from gripwright.domain.errors import Fault, InvalidPlan
+from gripwright.domain.pad import Pad, RubberKey
 
 BEST, BEST_OF = "best", ("sdf", "primitives")
 """`segmenter=best` runs these; where they explain alike, the first is kept."""
+
+_PAD = "pad"  # a field with fields of its own, given as those of a plug-in are
 
 Length = Annotated[float, Field(ge=0, le=1e4)]
 
@@ -34,6 +37,21 @@ class OwnedGripper(BaseModel):
         return self
 
 
+class PadOptions(BaseModel):
+    """The soft pad of the fingertips, in fingers and in what holds alike."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    thickness: float = Field(1.0, gt=0, le=5, description="mm")
+    hardness: float = Field(70.0, ge=30, le=95, description="Shore A")
+    rubber: RubberKey = Field("nbr", description="what it is cut from")
+
+    @property
+    def made(self) -> Pad:
+        """The pad of these options."""
+        return Pad(thickness_mm=self.thickness, hardness_shore_A=self.hardness, rubber=self.rubber)
+
+
 class Plan(BaseModel):
     """A checked plan. `params` holds the parameters of each plug-in under its key; the registry checks them."""
 
@@ -57,6 +75,7 @@ class Plan(BaseModel):
     actuators: Literal["all", "paper"] | tuple[str, ...] = Field(
         "all", description="the catalogue, the paper's two air chucks, or a list of maker/model"
     )
+    pad: PadOptions = Field(PadOptions(), description="the soft pad of the fingertips: pad.thickness, pad.hardness, pad.rubber")
     owned: tuple[OwnedGripper, ...] = Field((), description="grippers that are at hand: they are used before new ones")
     release_clearance: float = Field(1.0, ge=0, le=50, description="mm that the opening grows to let go")
     finger_length_step: float = Field(5.0, ge=0, le=100, description="mm, finger lengths are rounded up to it")
@@ -96,7 +115,7 @@ def plan_of(options: Mapping[str, Any]) -> Plan:
     fields: dict[str, Any] = {}
     params: dict[str, dict[str, Any]] = {}
     for key, value in options.items():
-        if key in Plan.model_fields and key != "params":
+        if key in Plan.model_fields and key not in ("params", _PAD):
             fields[key] = value
         elif isinstance(value, Mapping):
             params.setdefault(key, {}).update(value)
@@ -107,6 +126,8 @@ def plan_of(options: Mapping[str, Any]) -> Plan:
                 fields[key] = value  # pydantic reports the unknown option
             else:
                 params.setdefault(plugin, {})[name] = value
+    if _PAD in params:
+        fields.setdefault(_PAD, params.pop(_PAD))
     try:
         return Plan(**fields, params=params)
     except ValidationError as error:

@@ -8,7 +8,7 @@ from gripwright.design.hand_check import LENGTH_LIMIT_MM, OperationScene
 from gripwright.design.hand_volumes import CLOSING, LEAVING, MOTION, OPENING, TAKING_UP
 from gripwright.design.motion import stretches
 from gripwright.design.nearest_miss import Closest
-from gripwright.domain.grasp import INTERNAL, GripRequirement, NearestMiss
+from gripwright.domain.grasp import CENTRIC_3, INTERNAL, Grasp, GripRequirement, NearestMiss
 from gripwright.domain.shape import Cylinder
 
 _TOUCHING_MM = 0.005
@@ -70,6 +70,14 @@ def held_at(requirement: GripRequirement, segment: int) -> str:
         return f"gripped from inside Ø{size} (segment {segment}),"
     on = f"on Ø{size}" if isinstance(requirement.primitive, Cylinder) else f"across {size}"
     return f"gripped {on} (segment {segment}),"
+
+
+def held_with(grasp: Grasp, segment: int) -> str:
+    """As `held_at`, of a grasp by itself: three fingers hold round surfaces."""
+    if grasp.gripper_type != CENTRIC_3:
+        return f"gripped across {mm(grasp.opening_width_mm)} (segment {segment}),"
+    side = "from inside" if grasp.grip == INTERNAL else "on"
+    return f"gripped {side} Ø{mm(grasp.opening_width_mm)} (segment {segment}),"
 
 
 def _what(closest: Closest, held: str, scene: OperationScene) -> str:

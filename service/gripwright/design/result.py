@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from gripwright.design.miss_document import miss_document
+from gripwright.design.pad_pressure import pad_compression, pad_warnings
 from gripwright.design.plan import Plan
 from gripwright.design.shortfall import closest_segment
 from gripwright.design.stages.bom import BomRow, bom
@@ -32,6 +33,8 @@ _FILES = (
     "tool.json",
 )
 """Of each gripper whose CAD is made."""
+_BONDED_FILES = ("finger_bare.step", "finger_bare.stl", "finger_bare.3mf", "pad.step", "pad.stl")
+"""Besides, where its fingers carry pads: the two parts that are bonded to a finger."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,6 +59,7 @@ class DesignParts:
     selection: Selection
     cads: Sequence[GripperCad | Rejection | None]
     checks: Sequence[Sequence[HandleReport]]  # one a gripper, one a handle
+    unavailable: Mapping[str, Rejection]  # actuator of the catalogue that the plan does not use → why not
 
 
 def design_result(parts: DesignParts, plan: Plan, versions: Mapping[str, PluginVersion]) -> DesignResult:
@@ -78,7 +82,10 @@ def design_result(parts: DesignParts, plan: Plan, versions: Mapping[str, PluginV
         "operations": list(operations.values()),
         "components": components,
         "grippers": [
-            _gripper(gripper, cad, checks, parts.selection.owned.get(gripper.id))
+            {
+                **_gripper(gripper, cad, checks, parts.selection.owned.get(gripper.id)),
+                "not_chosen": _not_chosen(parts, gripper.id),
+            }
             for gripper, cad, checks in zip(parts.selection.grippers, parts.cads, parts.checks, strict=True)
         ],
         "optimum": parts.selection.optimum,
@@ -203,6 +210,7 @@ def _gripper(
 ) -> dict[str, Any]:
     folder = f"grippers/{gripper.id}"
     made = cad if isinstance(cad, GripperCad) else None
+    files = () if made is None else _FILES if made.finger.bonded is None else (*_FILES, *_BONDED_FILES)
     return {
         "id": gripper.id,
         "owned": owned,
@@ -221,18 +229,25 @@ def _gripper(
             "grip_force_max": made.grip_force_max_N if made is not None else None,
             "jaw_offset": _mm(gripper.jaw_offset_mm),
         },
-        "files": {name.replace(".", "_"): f"{folder}/{name}" for name in _FILES} if made is not None else {},
+        "files": {name.replace(".", "_"): f"{folder}/{name}" for name in files},
         "detail": cad.detail if isinstance(cad, Rejection) else None,
         "finger": None if made is None else _finger(made),
-        "handles": [_handle(handle, check, gripper) for handle, check in zip(gripper.handles, checks, strict=True)],
+        "handles": [_handle(handle, check, gripper, made) for handle, check in zip(gripper.handles, checks, strict=True)],
     }
+
+
+def _not_chosen(parts: DesignParts, gripper_id: str) -> list[dict[str, str]]:
+    """Each other actuator and why the gripper does not have it; of none where the gripper is owned."""
+    reasons = {**parts.selection.not_chosen[gripper_id], **parts.unavailable} if gripper_id in parts.selection.not_chosen else {}
+    return [{"actuator": name, "code": reason.code, "detail": reason.detail} for name, reason in sorted(reasons.items())]
 
 
 def _finger(cad: GripperCad) -> dict[str, Any]:
     return {"material": cad.finger.material, "mass": cad.finger.mass_kg, **cad.finger.properties}
 
 
-def _handle(handle: Handle, check: HandleReport, gripper: Gripper) -> dict[str, Any]:
+def _handle(handle: Handle, check: HandleReport, gripper: Gripper, cad: GripperCad | None) -> dict[str, Any]:
+    compression = None if cad is None else pad_compression(handle, cad)
     return {
         "operation": handle.operation,
         "component": handle.component,
@@ -249,6 +264,7 @@ def _handle(handle: Handle, check: HandleReport, gripper: Gripper) -> dict[str, 
             "moment": _mm(handle.hold.moment_Nmm),
             "symmetry": _mm(handle.hold.symmetry),
             "contact_area": _mm(handle.hold.contact_area_mm2),
+            "pad_compression": None if compression is None else round(compression, 4),
         },
         "grasp": handle.grasp.label,
         "verified": not check.faults,
@@ -261,7 +277,8 @@ def _warnings(parts: DesignParts) -> list[str]:
         for component, analysis in zip(parts.task.components, parts.analyses, strict=True)
         for text in analysis.warnings
     ]
-    return [*parts.task.warnings, *of_meshes, *(text for verdict in parts.verdicts for text in verdict.warnings)]
+    of_operations = (text for verdict in parts.verdicts for text in verdict.warnings)
+    return [*parts.task.warnings, *of_meshes, *of_operations, *pad_warnings(parts.selection.grippers, parts.cads)]
 
 
 def _timings(parts: DesignParts) -> dict[str, float]:

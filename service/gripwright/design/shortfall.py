@@ -1,6 +1,6 @@
 """Why an operation is covered by no gripper: one sentence from the constraint that came closest to being met."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from gripwright.design.actuation import Shortfall
@@ -73,12 +73,17 @@ def _segments(count: int) -> str:
     return "its one segment" if count == 1 else f"{count} segments"
 
 
-def without_actuator(verdict: OperationVerdict, gripper_types: Iterable[str], shortfalls: Sequence[Shortfall]) -> str:
+def without_actuator(verdict: OperationVerdict, gripper_types: Iterable[str], shortfalls: Collection[Shortfall]) -> str:
     """Why no actuator serves an operation whose component could be held."""
     if not shortfalls:
         return f"{_unheld(verdict)}: no actuator at hand is of type {' or '.join(sorted(set(gripper_types)))}"
-    closest = min(shortfalls, key=lambda short: (-_rank(short.code, _ACTUATOR_ORDER), short.amount, short.detail))
-    return f"{_unheld(verdict)}: its free grasps are served by no actuator; closest came ({closest.code}): {closest.detail}"
+    short = closest(shortfalls)
+    return f"{_unheld(verdict)}: its free grasps are served by no actuator; closest came ({short.code}): {short.detail}"
+
+
+def closest(shortfalls: Iterable[Shortfall]) -> Shortfall:
+    """The shortfall that comes closest to none."""
+    return min(shortfalls, key=lambda short: (-_rank(short.code, _ACTUATOR_ORDER), short.amount, short.detail))
 
 
 def _rank(code: str, order: Sequence[str]) -> float:

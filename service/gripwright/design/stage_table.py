@@ -51,8 +51,8 @@ STAGES: Mapping[str, Stage] = {
             name="constraints",
             at=_AT,
             uses=("hand", "planner"),
-            plan_fields=("plan", "finest_rotation", "finest_step", *_GRASPING),
-            version=8,
+            plan_fields=("plan", "finest_rotation", "finest_step", "pad", *_GRASPING),
+            version=9,
             remembers=True,
         ),
         Stage(
@@ -60,10 +60,11 @@ STAGES: Mapping[str, Stage] = {
             at=_AT,
             uses=("optimizer", "hand"),
             plan_fields=("plan", "release_clearance", "finger_length_step", "safety_factor", "seed"),
-            version=2,
+            version=6,
         ),
-        Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "seed"), version=3),
-        Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=4, remembers=True),
-        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=5),
+        Stage(name="tips", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "pad", *_GRASPING)),
+        Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "pad", "seed"), version=5),
+        Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=5, remembers=True),
+        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=9),
     )
 }

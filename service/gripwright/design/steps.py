@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from gripwright.design import catalogue, scenes
+from gripwright.design import catalogue, scenes, tips
 from gripwright.design.barred import without_barred
 from gripwright.design.component_search import ComponentSearch
 from gripwright.design.gauge import Envelopes
 from gripwright.design.grasp_judge import GraspJudge, HeldComponent
+from gripwright.design.grooved_hand import hand_of
 from gripwright.design.hand_check import OperationScene
 from gripwright.design.memory import Memory
 from gripwright.design.operation_class import OperationClass, PlacedComponent, beside, classify
@@ -115,6 +116,7 @@ def _requirements(primitives: Sequence[Any], reason: str, toolbox: Toolbox) -> t
 
 def _constraints(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> OperationVerdict:
     operation: Operation = inputs["operation"]
+    ctx = dataclasses.replace(ctx, pad=plan.pad.made)
     with ctx.timed("constraints.classify"):
         kind = _kind(operation, inputs)
         operation = _with_default_force(operation, kind, plan)
@@ -241,8 +243,28 @@ def _held_scene(inputs: Mapping[str, Any], held: Participant, plan: Plan) -> tup
 
 def _select(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:
     verdicts = [without_barred(verdict, inputs["barred"].get(verdict.operation, {})) for verdict in inputs["verdicts"]]
-    options = dataclasses.replace(select.options_of(plan), owned=inputs["owned"])
+    options = dataclasses.replace(select.options_of(plan), owned=inputs["owned"], too_heavy=inputs["too_heavy"])
     return select.select(inputs["task"], verdicts, inputs["actuators"], options, toolbox, ctx)
+
+
+def _tips(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Gripper:
+    gripper: Gripper = inputs["gripper"]
+    places = []
+    for handle, operation, verdict in zip(gripper.handles, inputs["operations"], inputs["verdicts"], strict=True):
+        acted = {**operation, "operation": dataclasses.replace(operation["operation"], force_N=verdict.force_N)}
+        held = next(item for item in _active(operation) if item.component.id == handle.component)
+        scene, component = _held_scene(acted, held, plan)
+        (judged,) = (item for item in verdict.components[handle.component] if item.segment == handle.segment)
+        places.append(tips.HandleScene(held=component, scene=scene, primitive=judged.requirement.primitive))
+    return tips.with_shaped_tips(
+        gripper,
+        places,
+        toolbox.fingers[gripper.gripper_type],
+        toolbox.hands[gripper.gripper_type],
+        catalogue.body_size(gripper.actuator),
+        plan.safety_factor,
+        dataclasses.replace(ctx, pad=plan.pad.made),
+    )
 
 
 def _fingers(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:
@@ -251,27 +273,26 @@ def _fingers(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCo
     return fingers.design_gripper_cad(
         gripper,
         toolbox.fingers[gripper.gripper_type],
-        toolbox.hands[gripper.gripper_type],
+        hand_of(gripper, toolbox.hands[gripper.gripper_type]),
         [],
         diameter,
         length,
         inputs["required_force"],
         plan.safety_factor,
-        ctx,
+        dataclasses.replace(ctx, pad=plan.pad.made),
     )
 
 
 def _verify(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> tuple[verify.HandleReport, ...]:
     gripper: Gripper = inputs["gripper"]
-    cad = inputs["cad"]
-    reports = []
+    cad, reports = inputs["cad"], []
     for handle, operation in zip(gripper.handles, inputs["operations"], strict=True):
         if isinstance(cad, Rejection):
             reports.append(verify.HandleReport(operation=handle.operation, faults=(cad.detail,), gap_mm=None))
             continue
         held = next(item for item in _active(operation) if item.component.id == handle.component)
         scene, component = _held_scene(operation, held, plan)
-        hand, alone = toolbox.hands[gripper.gripper_type], without_handles(gripper)
+        hand, alone = hand_of(gripper, toolbox.hands[gripper.gripper_type]), without_handles(gripper)
         shapes = () if cad is None else (cad.finger.mesh, cad.body)
         check: Callable[..., verify.HandleReport] = verify.verify_handle if shapes else verify.verify_owned
         finds = partial(check, alone, handle, *shapes, hand, scene, component.solid, ctx)
@@ -294,6 +315,7 @@ FUNCTIONS: Mapping[str, StepFunction] = {
     "grips": _grips,
     "constraints": _constraints,
     "select": _select,
+    "tips": _tips,
     "fingers": _fingers,
     "verify": _verify,
     "result": _result,

@@ -3,10 +3,16 @@
 from dataclasses import dataclass, field, replace
 
 from gripwright.domain.grasp import EXTERNAL, INTERNAL, Grasp, GraspConstraint, Hold
+from gripwright.domain.groove import Groove
+from gripwright.domain.pad import PAD, Pad
 from gripwright.domain.shape import FloatArray, Mesh
 
 BOUND_TOLERANCE_MM = 1e-9
 """Closed bounds: two figures that are equal as decimals stay equal when binary sums of them differ in the last digit."""
+
+
+FINGER_TOO_HEAVY = "finger-too-heavy"
+"""Code of a finger designer's rejection after which another actuator, or a shorter finger, is tried."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,6 +100,7 @@ class Gripper:
     jaw_offset_mm: float
     envelope_mm: float  # radius of the palm envelope that the constraints assumed
     handles: tuple[Handle, ...]
+    groove: Groove | None = None  # of concave tips; None: they are not shaped
 
 
 def without_handles(gripper: Gripper) -> Gripper:
@@ -136,18 +143,41 @@ class FingerSpec:
     contact_radii_mm: tuple[float, ...]  # of the components held; inf for flat ones
     grip_force_N: float  # total: the sum over the fingers
     jaw: JawInterface = JawInterface()  # the jaw's reference stands at x = −jaw_offset_mm
+    pad: Pad = PAD  # with which its grasps are held
+    groove: Groove | None = None  # its tip is concave: its stem reaches farther to x ≥ 0 by the groove's depth
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FingerDesign:
-    """A finger as made: exact solid (OCP's binary BRep) in the finger frame, and its closed mesh."""
+class MadePart:
+    """A part that is made of one material: exact solid (OCP's binary BRep) in the finger frame, and its closed mesh."""
 
     brep: bytes
     mesh: Mesh
     material: str
+    mass_kg: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BondedFinger:
+    """The two parts of a finger that has a pad: together they are the finger."""
+
+    bare: MadePart
+    pad: MadePart
+    pad_size_mm: tuple[float, float, float]  # thickness, width and length of the flat strip that it is cut as
+    adhesive: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FingerDesign:
+    """A finger as it touches: exact solid (OCP's binary BRep) in the finger frame, and its closed mesh."""
+
+    brep: bytes
+    mesh: Mesh
+    material: str  # without its pad
     volume_mm3: float
     mass_kg: float
     properties: dict[str, float] = field(default_factory=dict)  # deflection_mm, wall_min_mm, …
+    bonded: BondedFinger | None = None  # None: it is one piece
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from OCP.BinTools import BinTools, BinTools_FormatVersion
 from OCP.Bnd import Bnd_Box
-from OCP.BRep import BRep_Tool
+from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
 from OCP.BRepBndLib import BRepBndLib
@@ -30,7 +30,7 @@ from OCP.Storage import Storage_StreamReadError
 from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS, TopoDS_Shape
+from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Shape
 
 from gripwright.domain.errors import InvalidGeometry
 from gripwright.domain.shape import FloatArray, Mesh
@@ -187,6 +187,15 @@ def cut(shape: Shape, tools: Sequence[Shape]) -> Shape:
 def common(first: Shape, second: Shape) -> Shape:
     """What both shapes share."""
     return _unified(BRepAlgoAPI_Common(first, second).Shape())
+
+
+def together(shapes: Sequence[Shape]) -> Shape:
+    """Several shapes as one compound, each as it is."""
+    compound, builder = TopoDS_Compound(), BRep_Builder()
+    builder.MakeCompound(compound)
+    for shape in shapes:
+        builder.Add(compound, shape)
+    return compound
 
 
 def chamfer(shape: Shape, width_mm: float, low_mm: FloatArray, high_mm: FloatArray) -> Shape:

@@ -48,17 +48,19 @@ class Polytope:
         along = self.faces.normals @ displacement  # (f,)
         first, second = (normals @ displacement for normals in self._beside)
         outline = first * second <= 0.0
-        normals = np.cross(self._edges[outline], displacement)
-        size = np.linalg.norm(normals, axis=1)
-        swept = size > 1e-12 * np.linalg.norm(displacement)
+        (a, b, c), (x, y, z) = self._edges[outline].T, displacement
+        normals = np.column_stack([b * z - c * y, c * x - a * z, a * y - b * x])
+        size = np.sqrt((normals * normals).sum(axis=1))
+        swept = size > 1e-12 * float(np.sqrt(displacement @ displacement))
         normals = normals[swept] / size[swept, None]
-        levels = np.einsum("ij,ij->i", normals, self._edge_points[outline][swept])
-        farthest = (self.vertices @ normals.T).max(axis=0), (self.vertices @ normals.T).min(axis=0)
-        inwards = np.abs(farthest[1] - levels) < np.abs(farthest[0] - levels)
+        levels = (normals * self._edge_points[outline][swept]).sum(axis=1)
+        reach = self.vertices @ normals.T  # (n, e)
+        inwards = reach.max(axis=0) - levels > levels - reach.min(axis=0)  # an edge lies on its face
         normals = np.where(inwards[:, None], -normals, normals)
+        offsets = np.where(inwards, -levels, levels)
         return Faces(
             normals=np.concatenate([self.faces.normals, normals]),
-            offsets=np.concatenate([self.faces.offsets + np.maximum(along, 0.0), (self.vertices @ normals.T).max(axis=0)]),
+            offsets=np.concatenate([self.faces.offsets + np.maximum(along, 0.0), offsets]),
             low=self.faces.low + np.minimum(displacement, 0.0),
             high=self.faces.high + np.maximum(displacement, 0.0),
         )

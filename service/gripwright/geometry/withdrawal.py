@@ -49,21 +49,16 @@ class Shrinking:
     normals: FloatArray  # (f, 3)
     offsets: FloatArray  # (f,)
     rates: FloatArray  # (f,)
-    centre: FloatArray  # (3,) of a box that holds it for all s
+    centre: FloatArray  # (3,) of a box that holds it for every s that is asked about
     half: FloatArray  # (3,)
 
 
-def withdrawn(faces: Faces, direction: FloatArray, length_mm: float) -> Shrinking:
-    """A solid that moves by s ≤ `length_mm` along a unit direction, and leaves its back where it is to end up."""
+def withdrawn(faces: Faces, direction: FloatArray, length_mm: float, start_mm: float = 0.0) -> Shrinking:
+    """A solid that moves along a unit direction by s from `start_mm` to `length_mm`; its back stays where it ends up."""
     rates = -faces.normals @ direction
-    end = direction * length_mm
-    return _shrinking(
-        faces,
-        rates,
-        faces.offsets + length_mm * np.maximum(-rates, 0.0),
-        faces.low + np.minimum(end, 0.0),
-        faces.high + np.maximum(end, 0.0),
-    )
+    ends = np.stack([direction * start_mm, direction * length_mm])
+    low, high = faces.low + ends.min(axis=0), faces.high + ends.max(axis=0)
+    return _shrinking(faces, rates, faces.offsets + length_mm * np.maximum(-rates, 0.0), low, high)
 
 
 def shortened(faces: Faces, direction: FloatArray) -> Shrinking:

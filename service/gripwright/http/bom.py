@@ -1,12 +1,12 @@
 """The bill of materials in the form that the caller accepts."""
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Literal
 
 from fastapi import Response
 from fastapi.responses import JSONResponse
 
+from gripwright.design.bom_forms import BY_GRIPPER, FLAT, LEVELS, bom_csv, bom_row, bom_views
 from gripwright.http.errors import NotAcceptable
 from gripwright.report.workbook import bom_workbook
 from gripwright.store.media_types import media_type_of
@@ -16,14 +16,20 @@ CSV = "text/csv"
 XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
 
 
-def bom_response(rows: Sequence[Mapping[str, Any]], table: Path, accept: str, name: str) -> Response:
-    """The rows as JSON or XLSX, or the table bom.csv itself, whichever `accept` likes best."""
+View = Literal["by-gripper", "flat", "levels"]
+
+_NAMES: Mapping[View, str] = {"by-gripper": BY_GRIPPER, "flat": FLAT, "levels": LEVELS}
+
+
+def bom_response(document: Mapping[str, Any], view: View, accept: str, name: str) -> Response:
+    """The bill of a design document in one of its forms, as JSON, CSV or XLSX, whichever `accept` likes best."""
     media_type = preferred(accept, (JSON, CSV, XLSX))
+    columns, rows = bom_views(document, [bom_row(row) for row in document["bom"]])[_NAMES[view]]
     if media_type == JSON:
-        return JSONResponse({"items": list(rows)}, headers={"Vary": "Accept"})
+        return JSONResponse({"items": rows}, headers={"Vary": "Accept"})
     ending = "csv" if media_type == CSV else "xlsx"
     headers = {"Content-Disposition": f'attachment; filename="{name}.{ending}"', "Vary": "Accept"}
-    content = table.read_bytes() if media_type == CSV else bom_workbook(rows)
+    content = bom_csv(rows, columns).encode() if media_type == CSV else bom_workbook({_NAMES[view]: rows})
     return Response(content, media_type=media_type_of(f"bom.{ending}"), headers=headers)
 
 

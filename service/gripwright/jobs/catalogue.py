@@ -44,6 +44,7 @@ def prepared_database(settings: Settings) -> "Database":
     from gripwright.store.engines import Database
     from gripwright.store.migrate import prepare
 
+    settings.data_dir.mkdir(parents=True, exist_ok=True)
     database = Database(settings.resolved_database_url)
     prepare(database, automatically=settings.uses_default_database)
     return database

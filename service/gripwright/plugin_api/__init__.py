@@ -12,6 +12,7 @@ from gripwright.plugin_api.contracts import (
     Plugin,
     PrimitiveFitter,
     Segmenter,
+    TipShaper,
 )
 from gripwright.plugin_api.manifest import API_VERSION, Manifest, PluginEntry
 from gripwright.plugin_api.params import Params
@@ -31,4 +32,5 @@ __all__ = [
     "PrimitiveFitter",
     "RunContext",
     "Segmenter",
+    "TipShaper",
 ]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gripwright.domain.pad import PAD, Pad
 from gripwright.domain.shape import FloatArray
 
 
@@ -30,6 +31,7 @@ class RunContext:
     face_values: dict[str, FloatArray] = field(default_factory=dict)  # (m,) each
     min_contact_mm: float = 3.0
     margin_mm: float = 0.1
+    pad: Pad = PAD  # on every fingertip
 
     @property
     def rng(self) -> np.random.Generator:

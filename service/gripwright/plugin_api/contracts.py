@@ -7,7 +7,7 @@ picklable.
 """
 
 from collections.abc import Sequence
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, runtime_checkable
 
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
@@ -15,6 +15,7 @@ from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import Grasp, GripRequirement
 from gripwright.domain.gripper import ConvexSolid, FingerDesign, FingerSpec
 from gripwright.domain.gripper_set import GripperSet, GripperSetProblem
+from gripwright.domain.groove import Groove
 from gripwright.domain.shape import FloatArray, Primitive, Segment
 from gripwright.plugin_api.context import RunContext
 from gripwright.plugin_api.params import Params
@@ -117,4 +118,17 @@ class FingerDesigner(Plugin, Protocol):
 
     def design(self, spec: FingerSpec, ctx: RunContext) -> FingerDesign | Rejection:
         """One finger that serves all its components, in the finger frame, or why it cannot be made."""
+        ...
+
+
+@runtime_checkable
+class TipShaper(Protocol):
+    """A finger designer that also shapes tips to what a gripper holds: its `design` cuts the groove that the spec names."""
+
+    def groove(self, contact_radii_mm: Sequence[float], width_mm: float) -> Groove | None:
+        """The groove for cylinders of these radii, held from outside by tips of that width; None: flat tips do as well.
+
+        It is asked where a three-finger gripper holds nothing else. The host keeps the groove only where all grasps hold with
+        it about as well as before, and the finished CAD keeps every promise.
+        """
         ...

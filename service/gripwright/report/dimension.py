@@ -4,7 +4,7 @@ from xml.sax.saxutils import escape
 
 Point = tuple[float, float]
 
-_ARROW_MM, _OVERSHOOT_MM = 2.2, 1.2
+_ARROW_MM, _OVERSHOOT_MM, _LETTER_MM = 2.2, 1.2, 1.9
 
 
 def millimetres(value_mm: float) -> str:
@@ -27,8 +27,15 @@ def horizontal(first: Point, second: Point, offset: float, value_mm: float) -> s
         _line((left[0], left[1]), (left[0], y + over))
         + _line((right[0], right[1]), (right[0], y + over))
         + _arrows((left[0], y), (right[0], y))
-        + text(((left[0] + right[0]) / 2.0, y - 0.9), millimetres(value_mm))
+        + _words(left[0], right[0], y, millimetres(value_mm))
     )
+
+
+def _words(left: float, right: float, y: float, words: str) -> str:
+    """Above a horizontal line between its ends; beside it, past the arrow, where there is no room."""
+    if len(words) * _LETTER_MM <= right - left:
+        return text(((left + right) / 2.0, y - 0.9), words)
+    return text((right + 2.0 * _ARROW_MM + 0.6, y + 1.1), words, anchor="start")
 
 
 def vertical(first: Point, second: Point, offset: float, value_mm: float) -> str:

@@ -46,12 +46,16 @@ class _Measures:
     stem_high: FloatArray
     length_mm: float
     bores: tuple[brep.Bore, ...]
+    touch_mm: float  # x where the tip touches: 0, or the depth of its groove
+    seat_mm: float  # x of the face that carries the pad, where it is deepest: from there the holes are measured
 
 
 def finger_drawing(cad: GripperCad, *, title: str, part_number: str) -> str:
-    """The drawing of one finger of a gripper. The same finger gives the same text."""
-    solid = brep.single_solid(brep.read_brep(cad.finger.brep))
+    """The drawing of one finger of a gripper, its pad in place. The same finger gives the same text."""
+    solid, bonded = brep.single_solid(brep.read_brep(cad.finger.brep)), cad.finger.bonded
     measures = _measure(cad, solid)
+    if bonded is not None:
+        solid = brep.together([brep.read_brep(part.brep) for part in (bonded.bare, bonded.pad)])
     front, side, top = _views(solid, measures)
     notes, column = _notes(cad, measures), _SHEET[0] - _MARGIN - _NOTES_WIDTH + 2.0
     body = "".join(
@@ -60,7 +64,7 @@ def finger_drawing(cad: GripperCad, *, title: str, part_number: str) -> str:
             _front_dimensions(front, measures),
             _side_dimensions(side, measures),
             _top_dimensions(top, measures),
-            _nose_radius(top, cad),
+            _tip_radius(top, measures, cad),
             _title_block(cad, title, part_number, front.scale),
             *(text((column, 20.0 + 5.0 * i), note, anchor="start") for i, note in enumerate(notes)),
         ]
@@ -93,8 +97,17 @@ def _measure(cad: GripperCad, solid: brep.Shape) -> _Measures:
         stem_low=stem.min(axis=0),
         stem_high=stem.max(axis=0),
         length_mm=length,
-        bores=tuple(brep.bores_z(solid)),
+        bores=tuple(bore for bore in brep.bores_z(solid) if bore.z_max_mm < -length + 1e-3),  # not the groove of a tip
+        touch_mm=cad.finger.properties.get("contact_offset_mm", 0.0),
+        seat_mm=_seat_mm(cad),
     )
+
+
+def _seat_mm(cad: GripperCad) -> float:
+    if cad.finger.bonded is None:
+        return 0.0
+    x = brep.bounds_mm(brep.read_brep(cad.finger.bonded.pad.brep))[:, 0]
+    return float(x[np.argmax(np.abs(x))])
 
 
 def _views(solid: brep.Shape, measures: _Measures) -> tuple[_View, _View, _View]:
@@ -120,7 +133,7 @@ def _paths(view: _View, lines: Iterable[FloatArray], css: str) -> str:
 
 
 def _front_dimensions(view: _View, m: _Measures) -> str:
-    """Finger length, thickness of base and stem, overall size."""
+    """Finger length, thickness of base, stem and pad, overall size."""
     right, left = m.high[0], m.low[0]
     return "".join(
         [
@@ -128,6 +141,10 @@ def _front_dimensions(view: _View, m: _Measures) -> str:
             vertical(view.at(m.stem_high[0], 0.0), view.at(right, m.low[2]), 15.0, -m.low[2]),
             vertical(view.at(left, -m.length_mm), view.at(left, m.low[2]), -7.0, -m.length_mm - m.low[2]),
             horizontal(view.at(m.stem_low[0], 0.0), view.at(m.stem_high[0], 0.0), -7.0, m.stem_high[0] - m.stem_low[0]),
+            horizontal(view.at(m.touch_mm, 0.0), view.at(m.seat_mm, 0.0), -14.0, abs(m.seat_mm - m.touch_mm))
+            if m.seat_mm
+            else "",
+            horizontal(view.at(0.0, 0.0), view.at(m.touch_mm, 0.0), -21.0, m.touch_mm) if m.touch_mm else "",
             horizontal(view.at(left, m.low[2]), view.at(right, m.low[2]), 9.0, right - left),
         ]
     )
@@ -145,12 +162,12 @@ def _side_dimensions(view: _View, m: _Measures) -> str:
 
 
 def _top_dimensions(view: _View, m: _Measures) -> str:
-    """Where the holes are: from the gripping surface (x = 0) and among each other."""
+    """Where the holes are: from what carries the pad, or the gripping surface where there is none, and among each other."""
     if not m.bores:
         return ""
     parts = []
     for row, x in enumerate(sorted({bore.x_mm for bore in m.bores})):
-        parts.append(horizontal(view.at(x, m.low[1]), view.at(0.0, m.low[1]), 8.0 + 7.0 * row, abs(x)))
+        parts.append(horizontal(view.at(x, m.low[1]), view.at(m.seat_mm, m.low[1]), 8.0 + 7.0 * row, abs(x - m.seat_mm)))
     ys = sorted({bore.y_mm for bore in m.bores})
     column = min(bore.x_mm for bore in m.bores)
     if len(ys) > 1:
@@ -164,13 +181,11 @@ def _top_dimensions(view: _View, m: _Measures) -> str:
     return "".join(parts)
 
 
-def _nose_radius(view: _View, cad: GripperCad) -> str:
-    """The radius of a rounded gripping surface, beside it."""
-    nose = cad.finger.properties.get("nose_radius_mm")
-    if nose is None:
-        return ""
-    x, y = view.at(0.0, 0.0)
-    return text((x + 1.0, y + 1.1), f"R{millimetres(nose)}", anchor="start")
+def _tip_radius(view: _View, m: _Measures, cad: GripperCad) -> str:
+    """The radius of a rounded gripping surface, beside it, or of a hollow one, on the stem behind it."""
+    nose, groove = (cad.finger.properties.get(f"{tip}_radius_mm") for tip in ("nose", "groove"))
+    radius, at = (nose, view.at(0.0, 0.0)) if groove is None else (groove, view.at(m.seat_mm, m.stem_low[1] / 2.0))
+    return "" if radius is None else text((at[0] + 1.0, at[1] + 1.1), f"R{millimetres(radius)}", anchor="start")
 
 
 def _left_of(view: _View, m: _Measures, x_mm: float) -> float:
@@ -215,6 +230,7 @@ def _notes(cad: GripperCad, m: _Measures) -> list[str]:
         f"Make {spec.fingers} alike, one for each jaw of {spec.actuator.name}.",
         f"Screws ISO 4762 M{spec.jaw.bolt_thread_mm:g}" + (f", pin ⌀{pin:g} locates it on the jaw." if pin else "."),
         *_gripping_surface(cad),
+        *_bonding(cad),
         "Outline of the base as in the STEP file.",
         "Where printed: base's back on the bed, no support.",
     ]
@@ -232,20 +248,39 @@ def _gripping_surface(cad: GripperCad) -> list[str]:
             f"Gripping surface: the stem's round side R{millimetres(nose)} away from the gripper's axis,",
             "tangent to x = 0; whole up to the tip, its edges broken by 0.2 at most.",
         ]
+    if (groove := cad.finger.properties.get("groove_radius_mm")) is not None:
+        return [
+            f"Gripping surface: hollow R{millimetres(groove)} over the whole stem, its corners at",
+            "x = 0, towards the gripper's axis; edges broken by 0.2 at most.",
+        ]
     side = "away from" if cad.spec.grip == INTERNAL else "towards"
+    part = "stem" if cad.finger.bonded is None else "pad"
     return [
-        f"Gripping surface: the stem's face {side} the gripper's axis, x = 0;",
+        f"Gripping surface: the {part}'s face {side} the gripper's axis, x = 0;",
         "flat over the whole stem, its edges broken by 0.2 at most.",
+    ]
+
+
+def _bonding(cad: GripperCad) -> list[str]:
+    bonded = cad.finger.bonded
+    if bonded is None:
+        return []
+    thickness, width, length = (millimetres(side) for side in bonded.pad_size_mm)
+    return [
+        f"Pad: {bonded.pad.material}, {thickness} × {width} × {length}; bond it over its whole face,",
+        f"flush with tip and sides, with {bonded.adhesive}.",
+        "Seat of the pad: degreased, its corner to the base R0.3 at most.",
+        "Holes are measured from the seat. Without pad: finger_bare.step.",
     ]
 
 
 def _title_block(cad: GripperCad, title: str, part_number: str, scale: float) -> str:
     x, y = _SHEET[0] - _MARGIN - _NOTES_WIDTH, _SHEET[1] - _MARGIN - _TITLE_HEIGHT
-    ratio = f"{scale:g} : 1" if scale >= 1 else f"1 : {1 / scale:g}"
+    bonded, ratio = cad.finger.bonded, f"{scale:g} : 1" if scale >= 1 else f"1 : {1 / scale:g}"
     rows = [
         ("Part", part_number),
         ("Title", title),
-        ("Material", cad.finger.material),
+        ("Material", cad.finger.material if bonded is None else f"{cad.finger.material}; pad {bonded.pad.material}"),
         ("Mass", f"{cad.finger.mass_kg * 1000:.1f} g"),
         ("Tolerances", "ISO 2768-mK, dimensions in mm"),
         ("Scale, projection", f"{ratio}, first angle"),

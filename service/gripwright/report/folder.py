@@ -7,12 +7,13 @@ import numpy as np
 
 from gripwright.cad.colour import component_glb, segment_colours, value_colours
 from gripwright.cad.glb import GlbPart, glb_bytes
+from gripwright.design.bom_forms import bom_csv, bom_views
 from gripwright.design.gripper_assembly import gripper_parts
 from gripwright.design.memory import Memory
 from gripwright.design.result import DesignResult
-from gripwright.design.stages.bom import bom_csv
+from gripwright.design.stages.bom import finger_part_number, pad_part_number
 from gripwright.design.stages.fingers import GripperCad
-from gripwright.domain.gripper import Gripper, without_handles
+from gripwright.domain.gripper import BondedFinger, Gripper, without_handles
 from gripwright.domain.shape import Analysis
 from gripwright.geometry.shape_diameter import shape_diameters_mm
 from gripwright.plugin_api import HandModel
@@ -26,10 +27,11 @@ _RAYS, _CONE_RAD = 30, float(np.radians(120.0))
 
 def design_folder(result: DesignResult, hands: Mapping[str, HandModel], memory: Memory) -> dict[str, bytes]:
     """Every file of the folder; the same result gives the same bytes."""
+    bills = bom_views(result.document, result.bom)
     files: dict[str, bytes] = {
         "design.json": json.dumps(result.document, indent=1, allow_nan=False, ensure_ascii=False).encode(),
-        "bom.csv": bom_csv(result.bom).encode(),
-        "bom.xlsx": bom_workbook([row.to_dict() for row in result.bom]),
+        **{f"{name}.csv": bom_csv(rows, columns).encode() for name, (columns, rows) in bills.items()},
+        "bom.xlsx": bom_workbook({name: rows for name, (_, rows) in bills.items()}),
         "report.html": report_page(result, design_views(result, hands, memory)).encode(),
     }
     for gripper, cad in zip(result.grippers, result.cads, strict=True):
@@ -49,17 +51,33 @@ def _files_of(gripper: Gripper, cad: GripperCad, name: str, hand: HandModel) -> 
     from gripwright.cad.export import step_bytes, stl_bytes, threemf_bytes  # with the CAD kernel, which takes most of a second
     from gripwright.report.drawing import finger_drawing
 
-    parts = gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, gripper.opening_max_mm)
-    return {
-        "finger.step": step_bytes(cad.finger.brep, name=name, part_number=name, description=f"finger of gripper {gripper.id}"),
+    number = finger_part_number(cad.finger)  # as in the bill of materials
+    parts = gripper_parts(gripper, hand, cad.finger, cad.measures, cad.spec.jaw, gripper.opening_max_mm)
+    bonded = {} if cad.finger.bonded is None else _bonded_files(cad.finger.bonded, name, number)
+    return bonded | {
+        "finger.step": step_bytes(cad.finger.brep, name=name, part_number=number, description=f"finger of gripper {gripper.id}"),
         "finger.stl": stl_bytes(cad.finger.mesh),
         "finger.3mf": threemf_bytes(cad.finger.mesh, name),
-        "finger.svg": finger_drawing(cad, title=f"Finger of gripper {gripper.id}", part_number=name).encode(),
+        "finger.svg": finger_drawing(cad, title=f"Finger of gripper {gripper.id}", part_number=number).encode(),
         "body.stl": stl_bytes(cad.body),
         "body.step": step_bytes(cad.body_brep, name=f"{gripper.id}-body", part_number=gripper.actuator.name),
         "gripper.glb": glb_bytes([GlbPart(name=part.name, mesh=part.mesh, colour=part.colour) for part in parts]),
         "tool.json": tool_json(gripper, cad).encode(),
         "gripper.urdf": gripper_urdf(gripper, cad, hand).encode(),
+    }
+
+
+def _bonded_files(bonded: BondedFinger, name: str, number: str) -> dict[str, bytes]:
+    """The two parts that are bonded to a finger: `finger.*` show them together."""
+    from gripwright.cad.export import step_bytes, stl_bytes, threemf_bytes
+
+    bare, pad = f"{name}-bare", f"{name}-pad"
+    return {
+        "finger_bare.step": step_bytes(bonded.bare.brep, name=bare, part_number=number, description="finger without its pad"),
+        "finger_bare.stl": stl_bytes(bonded.bare.mesh),
+        "finger_bare.3mf": threemf_bytes(bonded.bare.mesh, bare),
+        "pad.step": step_bytes(bonded.pad.brep, name=pad, part_number=pad_part_number(bonded), description=bonded.pad.material),
+        "pad.stl": stl_bytes(bonded.pad.mesh),
     }
 
 

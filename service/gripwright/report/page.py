@@ -43,6 +43,7 @@ def report_page(result: DesignResult, views: Views) -> str:
             f"<h1>Grippers for {escape(title)}</h1>",
             _summary(document),
             _grippers(result, views),
+            _not_chosen(document),
             _bill(document),
             _operations(document, views),
             _handles(result, views),
@@ -68,8 +69,16 @@ def _summary(document: Mapping[str, Any]) -> str:
     return (
         f'<p><span class="{_tone(document["status"] == "complete")}">{escape(document["status"])}</span>: '
         f"{len(document['grippers'])} grippers, {optimum['new']} of them new, do {covered} of {len(operations)} operations. "
-        f"{proof}</p>"
+        f"{proof} {_objectives(optimum['objectives'])}</p>"
     )
+
+
+def _objectives(objectives: Mapping[str, str]) -> str:
+    """What is known of the objectives after the number of grippers."""
+    further = {name: detail for name, detail in objectives.items() if name != "grippers"}
+    proven = [name for name, detail in further.items() if detail == "proven"]
+    told = [f"Least of those, in this order (proven): {', '.join(proven)}."] if proven else []
+    return escape(" ".join([*told, *(f"{name}: {detail}." for name, detail in further.items() if detail != "proven")]))
 
 
 def _grippers(result: DesignResult, views: Views) -> str:
@@ -88,6 +97,17 @@ def _grippers(result: DesignResult, views: Views) -> str:
         else:
             cards.append(_figure(views.grippers[gripper.id], text, f"gripper {gripper.id}, open"))
     return f'<h2>Grippers</h2><div class="cards">{"".join(cards)}</div>'
+
+
+def _not_chosen(document: Mapping[str, Any]) -> str:
+    tables = [
+        f"<details><summary>Why {escape(gripper['id'])} has none of {len(gripper['not_chosen'])} other actuators</summary>"
+        + _table(["actuator", "reason"], [[_text(one["actuator"]), _text(one["detail"])] for one in gripper["not_chosen"]])
+        + "</details>"
+        for gripper in document["grippers"]
+        if gripper["not_chosen"]
+    ]
+    return "".join(tables)
 
 
 def _bill(document: Mapping[str, Any]) -> str:

@@ -164,11 +164,11 @@ def _around(result: DesignResult, operation: Operation, place: FloatArray) -> tu
 
 
 def _parts(gripper: Gripper, cad: GripperCad, hand: HandModel, memory: Memory, opening_mm: float, X: FloatArray) -> list[Shown]:
-    made_from = (gripper, cad.finger.mesh, cad.measures, cad.spec.jaw, opening_mm)
+    made_from = (gripper, cad.finger, cad.measures, cad.spec.jaw, opening_mm)
     parts = memory.part(
         "parts",
         made_from,
-        lambda: gripper_parts(gripper, hand, cad.finger.mesh, cad.measures, cad.spec.jaw, opening_mm),
+        lambda: gripper_parts(gripper, hand, cad.finger, cad.measures, cad.spec.jaw, opening_mm),
     )
     return [shown(part.mesh, X, part.colour) for part in parts]
 

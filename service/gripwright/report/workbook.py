@@ -9,19 +9,26 @@ from typing import Any
 from openpyxl import Workbook
 from openpyxl.cell.cell import ILLEGAL_CHARACTERS_RE
 
+_WIDEST = 60  # characters of a column
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
 _TIMES = re.compile(rb"(<dcterms:(created|modified)[^>]*>)[^<]*")  # in docProps/core.xml
 _EPOCH = rb"\g<1>1980-01-01T00:00:00Z"
 
 
-def bom_workbook(rows: Sequence[Mapping[str, Any]]) -> bytes:
-    """The rows below a header, on one sheet."""
+def bom_workbook(sheets: Mapping[str, Sequence[Mapping[str, Any]]]) -> bytes:
+    """The rows below a header, on a sheet for each name; the header stays in sight, columns are as wide as their text."""
     book = Workbook()
-    sheet = book.create_sheet("BOM", 0)
-    if rows:
-        sheet.append(list(rows[0]))
-    for row in rows:
-        sheet.append([_cell(value) for value in row.values()])
+    book.remove(book.worksheets[0])
+    for name, rows in sheets.items():
+        sheet = book.create_sheet(name)
+        if rows:
+            sheet.append(list(rows[0]))
+        for row in rows:
+            sheet.append([_cell(value) for value in row.values()])
+        sheet.freeze_panes = "A2"
+        for column in sheet.columns:
+            width = max(len(str(cell.value)) for cell in column if cell.value is not None)
+            sheet.column_dimensions[column[0].column_letter].width = min(width + 2, _WIDEST)
     target = io.BytesIO()
     book.save(target)
     return _timeless(target.getvalue())

@@ -1,13 +1,15 @@
-"""Checks of finger designers: one valid solid in frame F, with the mesh and the mass that it states."""
+"""Checks of finger designers: one valid solid in frame F, with the mesh and the mass that it states, its pad and its groove."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from gripwright.domain.errors import InvalidGeometry, Rejection
-from gripwright.domain.grasp import EXTERNAL, INTERNAL, PARALLEL_2
+from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, INTERNAL, PARALLEL_2
 from gripwright.domain.gripper import Actuator, FingerDesign, FingerSpec
+from gripwright.domain.groove import Groove
 from gripwright.geometry import brep
 from gripwright.geometry.adjacency import face_adjacency
 from gripwright.geometry.measures import volume_mm3
@@ -15,16 +17,20 @@ from gripwright.testing.trial import Case, Check, Trial, is_length
 
 _LENGTH_MM = 30.0
 _PLANE_MM = 1e-3
+_GROOVE = Groove(radius_mm=27.0, width_mm=10.0)
 _DENSITIES_KG_M3 = (500.0, 20_000.0)
 
 
 def cases(plugin: Any) -> list[Case]:
-    """Both grips of each gripper type."""
-    return [
-        Case(name=f"{gripper_type}, {grip}", method="design", arguments={"spec": _spec(gripper_type, grip)})
+    """Both grips of each gripper type; of a tip shaper one with a groove besides."""
+    specs = {
+        f"{gripper_type}, {grip}": _spec(gripper_type, grip)
         for gripper_type in sorted(plugin.gripper_types)
         for grip in (EXTERNAL, INTERNAL)
-    ]
+    }
+    if hasattr(plugin, "groove") and CENTRIC_3 in plugin.gripper_types:
+        specs[f"{CENTRIC_3}, grooved"] = replace(_spec(CENTRIC_3, EXTERNAL), groove=_GROOVE)
+    return [Case(name=name, method="design", arguments={"spec": spec}) for name, spec in specs.items()]
 
 
 def _spec(gripper_type: str, grip: str) -> FingerSpec:
@@ -85,8 +91,44 @@ def frame(trial: Trial) -> Iterable[str]:
             yield f"{case.name}: the gripping surface lies at x = {sign * (sign * stem[:, 0]).min():.6g} mm, 0 was expected"
 
 
+def parts(trial: Trial) -> Iterable[str]:
+    """A bare finger and its pad are valid solids that make up the finger, and the pad reaches the gripping surface."""
+    for case, design in trial.answers():
+        if design.bonded is None:
+            continue
+        try:
+            made = [brep.single_solid(brep.read_brep(part.brep)) for part in (design.bonded.bare, design.bonded.pad)]
+        except InvalidGeometry as error:
+            yield f"{case.name}: bonded: {error.detail}"
+            continue
+        together, pad = brep.measure(brep.fuse(*made)).volume_mm3, brep.measure(made[1]).volume_mm3
+        if max(abs(together - design.volume_mm3), abs(together - brep.measure(made[0]).volume_mm3 - pad)) > 0.01 * pad:
+            yield f"{case.name}: finger and pad do not make up the {design.volume_mm3:.6g} mm³ of the finger"
+        if abs(np.abs(brep.bounds_mm(made[1])[:, 0]).min()) > _PLANE_MM:
+            yield f"{case.name}: the pad does not reach the plane x = 0"
+        if not np.isclose(design.mass_kg, design.bonded.bare.mass_kg + design.bonded.pad.mass_kg):
+            yield f"{case.name}: mass_kg is not that of finger and pad together"
+
+
+def groove(trial: Trial) -> Iterable[str]:
+    """Nothing of a stem lies within the groove that the spec names, and next to it there is something."""
+    for case, design in trial.answers():
+        asked = case.arguments["spec"].groove
+        if asked is None:
+            continue
+        solid = brep.read_brep(design.brep)
+        within, around = (
+            brep.measure(brep.common(solid, brep.cylinder_z(asked.axis_x_mm, 0.0, radius, -_LENGTH_MM, 0.0))).volume_mm3
+            for radius in (asked.radius_mm, asked.radius_mm + _PLANE_MM)
+        )
+        if within > 1e-6 or around <= 1e-6:
+            yield f"{case.name}: {within:.4g} mm³ of the tip lie in the groove's cylinder, or the groove is deeper"
+
+
 CHECKS = (
     Check("design", "a design, or a no with its reason", designs),
     Check("solid", "one valid solid, a closed mesh, the volume and mass that are stated", solid),
     Check("frame", "tip at z = 0, gripping surface at x = 0", frame),
+    Check("parts", "bare finger and pad make up the finger", parts),
+    Check("groove", "the tip has the groove that is asked for", groove),
 )

@@ -1,8 +1,6 @@
 """The bill of materials: one row a bought or made item of each gripper, with part numbers that depend on content alone."""
 
-import csv
 import hashlib
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -10,9 +8,13 @@ from typing import Any
 import numpy as np
 
 from gripwright.domain.assembly import AssemblyTask
-from gripwright.domain.gripper import FingerDesign, Gripper
+from gripwright.domain.gripper import BondedFinger, FingerDesign, Gripper
+from gripwright.domain.shape import Mesh
 
-BUY, MAKE, OWNED = "buy", "make", "owned"
+BUY, MAKE, ASSEMBLE, OWNED = "buy", "make", "assemble", "owned"
+
+_MADE_FILES = (".step", ".stl", ".3mf")
+_BODY_FILES = ("body.step", "body.stl")
 
 _SCREWS_A_FINGER = 2
 _SCREW_DEFAULT_MM = (4.0, 16.0)  # thread and length where the finger does not state its base
@@ -21,7 +23,6 @@ _ENGAGEMENT = 1.2  # least length of thread in the jaw, in diameters
 _HEAD_CLEARANCE_MM = 0.5  # how far a head, as high as the thread is thick, is sunk below the surface
 _PIN_LENGTH_MM = 10.0
 _MESH_GRID_MM = 1e-3  # vertices are rounded to it before they are hashed
-_SEPARATOR = "; "
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,68 +67,31 @@ def bom(
         if gripper.id in owned:
             rows.append(_owned_row(gripper, owned[gripper.id], operations))
             continue
-        rows.append(_actuator_row(gripper, operations))
+        rows.append(_actuator_row(gripper, operations, made=gripper.id in fingers))
         if gripper.id in fingers:
-            rows.extend(_finger_rows(gripper, fingers[gripper.id], operations))
+            parts = _finger_rows(gripper, fingers[gripper.id], operations)
+            rows.extend(replace(part, operations=operations) for part in parts)
     return rows
 
 
-def bom_csv(rows: Sequence[BomRow]) -> str:
-    """The rows as CSV with a header; several values in a cell are separated by a semicolon."""
-    target = io.StringIO()
-    writer = csv.writer(target, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for row in rows:
-        writer.writerow(_cell(value) for value in row.to_dict().values())
-    return target.getvalue()
-
-
-def bom_tree(task: AssemblyTask, rows: Sequence[BomRow]) -> dict[str, Any]:
-    """The same as a multi-level bill: the set of grippers, each an assembly of its items."""
-    assemblies: dict[str, list[BomRow]] = {}
-    for row in rows:
-        assemblies.setdefault(row.gripper, []).append(row)
-    items = [
-        {
-            "item": "gripper",
-            "gripper": gripper,
-            "part_number": _part_number("G", "\n".join(f"{row.quantity} {row.maker} {row.part_number}" for row in own)),
-            "quantity": 1,
-            "items": [row.to_dict() for row in own],
-        }
-        for gripper, own in assemblies.items()
-    ]
-    return {"item": "gripper set", "product": task.part_number, "revision": task.revision, "items": items}
-
-
-def totals(rows: Sequence[BomRow]) -> list[BomRow]:
-    """What to buy and to make in all: rows of the same part joined, whichever gripper they belong to."""
-    joined: dict[tuple[str, str, str], BomRow] = {}
-    for row in rows:
-        key = (row.make_or_buy, row.maker, row.part_number)
-        if key not in joined:
-            joined[key] = row
-            continue
-        earlier = joined[key]
-        joined[key] = replace(
-            earlier,
-            gripper=f"{earlier.gripper}{_SEPARATOR}{row.gripper}",
-            quantity=earlier.quantity + row.quantity,
-            operations=tuple(dict.fromkeys((*earlier.operations, *row.operations))),
-            files=tuple(dict.fromkeys((*earlier.files, *row.files))),
-        )
-    return list(joined.values())
-
-
 def finger_part_number(finger: FingerDesign) -> str:
-    """A number that depends on the finger's shape and material alone."""
-    vertices = np.round(finger.mesh.vertices_mm / _MESH_GRID_MM).astype(np.int64)  # (n, 3)
-    triangles = vertices[finger.mesh.faces].reshape(-1, 9)
+    """A number that depends on the shape and material of the finger, without its pad, alone."""
+    return _content_number("F", finger.mesh if finger.bonded is None else finger.bonded.bare.mesh, finger.material)
+
+
+def pad_part_number(bonded: BondedFinger) -> str:
+    """A number that depends on the pad's shape and material alone."""
+    return _content_number("P", bonded.pad.mesh, bonded.pad.material)
+
+
+def _content_number(kind: str, mesh: Mesh, material: str) -> str:
+    vertices = np.round(mesh.vertices_mm / _MESH_GRID_MM).astype(np.int64)  # (n, 3)
+    triangles = vertices[mesh.faces].reshape(-1, 9)
     ordered = triangles[np.lexsort(triangles.T[::-1])]  # whatever the order of the faces
-    return _part_number("F", finger.material.encode() + ordered.tobytes())
+    return part_number(kind, material.encode() + ordered.tobytes())
 
 
-def _actuator_row(gripper: Gripper, operations: tuple[str, ...]) -> BomRow:
+def _actuator_row(gripper: Gripper, operations: tuple[str, ...], *, made: bool) -> BomRow:
     actuator = gripper.actuator
     return BomRow(
         gripper=gripper.id,
@@ -140,7 +104,7 @@ def _actuator_row(gripper: Gripper, operations: tuple[str, ...]) -> BomRow:
         description=f"{gripper.gripper_type} gripper actuator, stroke {actuator.stroke_mm:g} mm",
         mass_kg=actuator.mass_kg,
         operations=operations,
-        files=(f"grippers/{gripper.id}/body.stl",),
+        files=tuple(f"grippers/{gripper.id}/{name}" for name in _BODY_FILES) if made else (),
     )
 
 
@@ -159,28 +123,51 @@ def _owned_row(gripper: Gripper, name: str, operations: tuple[str, ...]) -> BomR
 
 
 def _finger_rows(gripper: Gripper, finger: FingerDesign, operations: tuple[str, ...]) -> list[BomRow]:
-    number = finger_part_number(finger)
+    bare_kg, name = (finger.mass_kg, "finger") if finger.bonded is None else (finger.bonded.bare.mass_kg, "finger_bare")
     made = BomRow(
         gripper=gripper.id,
         item="finger",
         make_or_buy=MAKE,
         maker="",
         model="",
-        part_number=number,
+        part_number=finger_part_number(finger),
         quantity=gripper.fingers,
         description=f"finger {gripper.finger_length_mm:g} mm for openings {gripper.opening_min_mm:.4g} to "
         f"{gripper.opening_max_mm:.4g} mm on {gripper.actuator.name}",
         material=finger.material,
-        mass_kg=round(finger.mass_kg, 6),
+        mass_kg=round(bare_kg, 6),
         operations=operations,
-        files=tuple(f"grippers/{gripper.id}/finger.{suffix}" for suffix in ("step", "stl", "3mf")),
+        files=(*(f"grippers/{gripper.id}/{name}{suffix}" for suffix in _MADE_FILES), f"grippers/{gripper.id}/finger.svg"),
     )
     thread_mm, length_mm = _screw(finger.properties)
-    rows = [made, _standard_row(gripper, "screw", f"ISO 4762 M{thread_mm:g}x{length_mm:g}-8.8", "steel 8.8", _SCREWS_A_FINGER)]
+    pads = [] if finger.bonded is None else [_pad_row(gripper, finger.bonded, operations)]
+    rows = [
+        made,
+        *pads,
+        _standard_row(gripper, "screw", f"ISO 4762 M{thread_mm:g}x{length_mm:g}-8.8", "steel 8.8", _SCREWS_A_FINGER),
+    ]
     pin_mm = finger.properties.get("pin_hole_mm", 0.0)
     if pin_mm > 0.0:
         rows.append(_standard_row(gripper, "pin", f"ISO 8734 {pin_mm:g}x{_PIN_LENGTH_MM:g}-A", "steel, hardened", 1))
     return rows
+
+
+def _pad_row(gripper: Gripper, bonded: BondedFinger, operations: tuple[str, ...]) -> BomRow:
+    size = " x ".join(f"{side:.4g}" for side in bonded.pad_size_mm)
+    return BomRow(
+        gripper=gripper.id,
+        item="pad",
+        make_or_buy=MAKE,
+        maker="",
+        model="",
+        part_number=pad_part_number(bonded),
+        quantity=gripper.fingers,
+        description=f"pad {size} mm, bond to the finger over its whole face with {bonded.adhesive}",
+        material=bonded.pad.material,
+        mass_kg=round(bonded.pad.mass_kg, 6),
+        operations=operations,
+        files=tuple(f"grippers/{gripper.id}/pad.{suffix}" for suffix in ("step", "stl")),
+    )
 
 
 def _screw(properties: Mapping[str, float]) -> tuple[float, float]:
@@ -208,12 +195,7 @@ def _standard_row(gripper: Gripper, item: str, designation: str, material: str, 
     )
 
 
-def _part_number(kind: str, content: bytes | str) -> str:
+def part_number(kind: str, content: bytes | str) -> str:
+    """A number that depends on content alone."""
     digest = hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
     return f"GW-{kind}-{digest[:10].upper()}"
-
-
-def _cell(value: Any) -> Any:
-    if isinstance(value, list):
-        return _SEPARATOR.join(value)
-    return "" if value is None else value

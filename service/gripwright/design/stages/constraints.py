@@ -97,7 +97,7 @@ class SegmentSearch:
                 self._narrow.append(narrow)
                 continue
             check = HandCheck(scene, hand)
-            radius_mm = contact_radius_mm(requirement.primitive, gripping_surface(hand, requirement.grip))
+            radius_mm = contact_radius_mm(requirement.primitive, gripping_surface(hand, requirement.grip), self._ctx.pad)
             for planner in self._toolbox.planners[requirement.gripper_type]:
                 with self._ctx.timed("grasps.plan"):
                     grasps = planner.plan(self._judge.held.component, self._analysis.segment, requirement, hand, self._ctx)

@@ -8,6 +8,7 @@ import numpy as np
 from gripwright.design.gripper_assembly import BodyMeasures, body_shape, jaw_of, reach_mm
 from gripwright.domain.errors import Rejection
 from gripwright.domain.gripper import FingerDesign, FingerSpec, Gripper
+from gripwright.domain.pad import Pad
 from gripwright.domain.shape import Mesh
 from gripwright.plugin_api import FingerDesigner, HandModel, RunContext
 
@@ -47,7 +48,7 @@ def design_gripper_cad(
     forces = [needed] if full is None else [full, *([needed] if needed < full else [])]
     rejections: list[Rejection] = []
     for force in forces:
-        spec = finger_spec(gripper, contact_radii_mm, force)
+        spec = finger_spec(gripper, contact_radii_mm, force, ctx.pad)
         finger = designer.design(spec, ctx)
         if isinstance(finger, Rejection):
             rejections.append(finger)
@@ -81,7 +82,7 @@ def _with_body(
     return GripperCad(spec=spec, finger=finger, body_brep=brep.write_brep(shape), body=body, measures=measures)
 
 
-def finger_spec(gripper: Gripper, contact_radii_mm: Sequence[float], grip_force_N: float) -> FingerSpec:
+def finger_spec(gripper: Gripper, contact_radii_mm: Sequence[float], grip_force_N: float, pad: Pad) -> FingerSpec:
     """What the gripper asks of its finger under this total grip force."""
     return FingerSpec(
         gripper_type=gripper.gripper_type,
@@ -97,6 +98,8 @@ def finger_spec(gripper: Gripper, contact_radii_mm: Sequence[float], grip_force_
         contact_radii_mm=tuple(contact_radii_mm),
         grip_force_N=grip_force_N,
         jaw=jaw_of(gripper.actuator),
+        pad=pad,
+        groove=gripper.groove,
     )
 
 

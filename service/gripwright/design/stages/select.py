@@ -6,10 +6,20 @@ from itertools import pairwise
 from typing import Any
 
 from gripwright.design import catalogue
-from gripwright.design.actuation import ActuatorClass, HoldPolicy, Shortfall, classes_of, costs_of, outdone, owned_class
+from gripwright.design.actuation import (
+    ActuatorClass,
+    HoldPolicy,
+    Shortfall,
+    classes_of,
+    costs_of,
+    outdone,
+    owned_class,
+    with_shorter_fingers,
+)
 from gripwright.design.handles import HeldGrasp, best_handle, fewest_changes, free_grasps
+from gripwright.design.not_chosen import ActuatorGrip, Offers, not_chosen, total_cost
 from gripwright.design.plan import Plan
-from gripwright.design.shortfall import without_actuator, without_grasp
+from gripwright.design.shortfall import closest, without_actuator, without_grasp
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.errors import Rejection
@@ -29,6 +39,7 @@ class SelectOptions:
     enforce_hold: bool = True
     weigh_sequence: bool = True  # least cost and fewest tool changes before the shortest fingers
     owned: tuple[Gripper, ...] = ()
+    too_heavy: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # actuator → `finger_length` (mm), `detail`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -38,7 +49,7 @@ class Selection:
     grippers: tuple[Gripper, ...]
     optimum: dict[str, Any]  # JSON: grippers, lower_bound, proven, candidates, objectives, …
     not_covered: dict[str, str]  # operation → one sentence
-    why_not: dict[str, str]  # actuator → one sentence
+    not_chosen: dict[str, dict[str, Rejection]]  # new gripper → actuator that it does not have → why not
     owned: dict[str, str] = field(default_factory=dict)  # gripper of the set → gripper of `SelectOptions.owned`
     owned_that_hold: dict[str, tuple[str, ...]] = field(default_factory=dict)  # operation → all owned that could hold it
 
@@ -76,20 +87,25 @@ def select(
         _gripper(f"G{i + 1}", gripper.parameters, offer, [op for op, index in assigned.items() if index == i], grasps, options)
         for i, gripper in enumerate(chosen)
     )
+    owned = {
+        gripper.id: options.owned[offer.owned[source.parameters.gripper_type]].id
+        for gripper, source in zip(grippers, chosen, strict=True)
+        if source.owned
+    }
+    offers = _offers(actuators, offer, demands, options)
     return Selection(
         grippers=grippers,
-        optimum=_optimum(solution, list(assigned.values())),
+        optimum={
+            **_optimum(solution, list(assigned.values())),
+            "cost": total_cost([g.actuator for g in grippers if g.id not in owned], offers),
+        },
         not_covered={
             verdict.operation: _shortfall(verdict, demands[verdict.operation])
             for verdict in verdicts
             if verdict.operation in solution.uncoverable
         },
-        why_not=_why_not(actuators, offer, demands, grippers),
-        owned={
-            gripper.id: options.owned[offer.owned[source.parameters.gripper_type]].id
-            for gripper, source in zip(grippers, chosen, strict=True)
-            if source.owned
-        },
+        not_chosen={gripper.id: not_chosen(gripper, offers) for gripper in grippers if gripper.id not in owned},
+        owned=owned,
         owned_that_hold={operation: _owned_that_hold(demand, offer, options) for operation, demand in demands.items()},
     )
 
@@ -100,7 +116,8 @@ class _Offer:
 
     classes: dict[str, ActuatorClass]
     owned: dict[str, int]  # key of a class → index of the owned gripper
-    outdone: dict[str, Rejection]  # by actuator name
+    outdone: dict[ActuatorGrip, Rejection]
+    costs: dict[str, float]  # by actuator name
     policy: HoldPolicy
 
 
@@ -109,7 +126,7 @@ class _Demand:
     """What one operation asks of the grippers: one of the constraints, and what failed in the other classes."""
 
     constraints: tuple[GraspConstraint, ...]
-    shortfalls: tuple[Shortfall, ...]
+    shortfalls: dict[ActuatorGrip, Shortfall]  # the closest
 
 
 def _offer(
@@ -118,31 +135,49 @@ def _offer(
     policy = HoldPolicy(safety_factor=options.safety_factor, enforced=options.enforce_hold)
     costs = costs_of(actuators, policy)
     classes: dict[str, ActuatorClass] = {}
-    worse: dict[str, Rejection] = {}
+    worse: dict[ActuatorGrip, Rejection] = {}
     for gripper_type, grip in sorted({(held.free.grasp.gripper_type, held.free.grasp.grip) for held in grasps}):
         frees = [held.free for held in grasps if (held.free.grasp.gripper_type, held.free.grasp.grip) == (gripper_type, grip)]
         fitting = [actuator for actuator in actuators if actuator.gripper_type == gripper_type]
         beaten = outdone(fitting, costs, grip)
-        worse.update(beaten)
+        worse.update({(name, grip): rejection for name, rejection in beaten.items()})
         best = [actuator for actuator in fitting if actuator.name not in beaten]
-        classes.update({kind.key: kind for kind in classes_of(best, costs, frees, hands[gripper_type], grip)})
+        for kind in classes_of(best, costs, frees, hands[gripper_type], grip):
+            classes[kind.key] = with_shorter_fingers(kind, options.too_heavy)
     owned = {f"owned|{i}": i for i in range(len(options.owned))}
     classes.update({key: owned_class(key, options.owned[i], hands[options.owned[i].gripper_type]) for key, i in owned.items()})
-    used = {kind.actuator.name for kind in classes.values()}
-    return _Offer(classes=classes, owned=owned, outdone={n: r for n, r in worse.items() if n not in used}, policy=policy)
+    return _Offer(classes=classes, owned=owned, outdone=worse, costs=costs, policy=policy)
 
 
 def _demand(grasps: Sequence[HeldGrasp], offer: _Offer, options: SelectOptions) -> _Demand:
     distinct = {_figures(held.free): held.free for held in grasps}
     constraints: set[GraspConstraint] = set()
-    shortfalls: set[Shortfall] = set()
+    shortfalls: dict[ActuatorGrip, set[Shortfall]] = {}
     for free in distinct.values():
         for kind in offer.classes.values():
             if not kind.serves(free):
                 continue
             answer = kind.constraint(free, options.release_clearance_mm, offer.policy)
-            shortfalls.add(answer) if isinstance(answer, Shortfall) else constraints.add(answer)
-    return _Demand(constraints=tuple(_widest(constraints)), shortfalls=tuple(shortfalls))
+            if isinstance(answer, Shortfall):
+                shortfalls.setdefault((kind.actuator.name, kind.grip), set()).add(answer)
+            else:
+                constraints.add(answer)
+    return _Demand(
+        constraints=tuple(_widest(constraints)), shortfalls={which: closest(found) for which, found in shortfalls.items()}
+    )
+
+
+def _offers(actuators: Sequence[Actuator], offer: _Offer, demands: Mapping[str, _Demand], options: SelectOptions) -> Offers:
+    return Offers(
+        actuators=actuators,
+        classes={key: kind for key, kind in offer.classes.items() if key not in offer.owned},
+        outdone=offer.outdone,
+        constraints={operation: demand.constraints for operation, demand in demands.items()},
+        shortfalls={operation: demand.shortfalls for operation, demand in demands.items()},
+        costs=offer.costs,
+        enforce_hold=options.enforce_hold,
+        release_clearance_mm=options.release_clearance_mm,
+    )
 
 
 def _figures(free: FreeGrasp) -> tuple[object, ...]:
@@ -256,30 +291,4 @@ def _optimum(solution: GripperSet, assigned: Sequence[int]) -> dict[str, Any]:
 
 def _shortfall(verdict: OperationVerdict, demand: _Demand) -> str:
     gripper_types = {held.free.grasp.gripper_type for held in free_grasps(verdict)}
-    return without_actuator(verdict, gripper_types, demand.shortfalls) if gripper_types else without_grasp(verdict)
-
-
-def _why_not(
-    actuators: Sequence[Actuator], offer: _Offer, demands: Mapping[str, _Demand], grippers: Sequence[Gripper]
-) -> dict[str, str]:
-    """One sentence for each actuator that the set does not use."""
-    used = {gripper.actuator.name for gripper in grippers}
-    served: dict[str, set[str]] = {}
-    for operation, demand in demands.items():
-        for constraint in demand.constraints:
-            served.setdefault(offer.classes[constraint.gripper_type].actuator.name, set()).add(operation)
-    wanted = {kind.actuator.gripper_type for kind in offer.classes.values()}
-    reasons: dict[str, str] = {}
-    for actuator in actuators:
-        if actuator.name in used:
-            continue
-        if actuator.name in offer.outdone:
-            reasons[actuator.name] = offer.outdone[actuator.name].detail
-        elif actuator.name in served:
-            count = len(served[actuator.name])
-            reasons[actuator.name] = f"serves {count} of {len(demands)} operations; the set needs fewer grippers or costs less"
-        elif actuator.gripper_type in wanted:
-            reasons[actuator.name] = "serves none of the operations"
-        else:
-            reasons[actuator.name] = f"no grasp asks for the type {actuator.gripper_type}"
-    return reasons
+    return without_actuator(verdict, gripper_types, demand.shortfalls.values()) if gripper_types else without_grasp(verdict)

@@ -5,10 +5,10 @@ import json
 from pathlib import PurePosixPath
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Request, Response, status
+from fastapi import APIRouter, Header, Query, Request, Response, status
 from fastapi.responses import FileResponse
 
-from gripwright.http.bom import bom_response
+from gripwright.http.bom import View, bom_response
 from gripwright.http.deps import Artifacts, Now, Plugins, ReadSession, WriteSession
 from gripwright.http.downloads import archive_response, file_response
 from gripwright.http.preconditions import IfNoneMatch
@@ -81,12 +81,18 @@ def get_design(design_id: str, session: ReadSession, artifacts: Artifacts, respo
         **problems(404, 406),
     },
 )
-def get_design_bom(design_id: str, session: ReadSession, artifacts: Artifacts, request: Request) -> Response:
+def get_design_bom(
+    design_id: str,
+    session: ReadSession,
+    artifacts: Artifacts,
+    request: Request,
+    view: Annotated[View, Query(description="by gripper; flat: each part once, what to order; levels: set, grippers, items")] = (
+        "by-gripper"
+    ),
+) -> Response:
     """What to buy and what to make: JSON, CSV or XLSX."""
-    designs = DesignRepository(session)
-    table = artifacts.path(designs.file(design_id, "bom.csv").sha256)
-    rows = json.loads(artifacts.get(designs.file(design_id, DOCUMENT).sha256))["bom"]
-    return bom_response(rows, table, request.headers.get("accept", "*/*"), f"bom-{design_id}")
+    document = json.loads(artifacts.get(DesignRepository(session).file(design_id, DOCUMENT).sha256))
+    return bom_response(document, view, request.headers.get("accept", "*/*"), f"bom-{design_id}")
 
 
 @router.get(

@@ -7,9 +7,11 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from gripwright.design.catalogue import why_not
 from gripwright.domain.gripper import Actuator
 from gripwright.http.schemas.problem import ProblemError
 from gripwright.jobs.catalogue import CatalogueImport
+from gripwright.store.actuators import actuator_of
 from gripwright.store.models import ActuatorRow
 
 
@@ -19,7 +21,9 @@ class ActuatorFigures(BaseModel):
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     gripper_type: str = Field(min_length=1, max_length=50, examples=["parallel-2", "centric-3"])
-    stroke: float = Field(ge=0, le=5000, description="mm, total change of the opening width (of the diameter for centric ones)")
+    stroke: float = Field(
+        ge=0, le=5000, description="mm, total change of the opening width (of the diameter for centric ones); 0: not known"
+    )
     opening_max: float | None = Field(default=None, gt=0, le=5000, description="mm, distance of the jaws' references, fully open")
     grip_force: float | None = Field(default=None, gt=0, description="N, the sum over the jaws")
     mass: float | None = Field(default=None, gt=0, description="kg")
@@ -66,7 +70,7 @@ class ActuatorView(BaseModel):
     maker: str
     model: str
     gripper_type: str
-    stroke: float
+    stroke: float | None = Field(description="mm, total change of the opening width; null: not known")
     opening_max: float | None
     grip_force: float | None
     mass: float | None
@@ -80,16 +84,18 @@ class ActuatorView(BaseModel):
     confidence: str
     source: str
     note: str
+    not_used: str | None = Field(description="why a plan uses it only where it is named, or not at all; null: it may be chosen")
     updated_at: datetime
 
     @classmethod
     def of(cls, row: ActuatorRow) -> "ActuatorView":
         """The view of an actuator."""
+        reason = why_not(actuator_of(row))
         return cls(
             maker=row.maker,
             model=row.model,
             gripper_type=row.gripper_type,
-            stroke=row.stroke_mm,
+            stroke=row.stroke_mm or None,
             opening_max=row.opening_max_mm,
             grip_force=row.grip_force_N,
             mass=row.mass_kg,
@@ -103,6 +109,7 @@ class ActuatorView(BaseModel):
             confidence=row.confidence,
             source=row.source,
             note=row.note,
+            not_used=None if reason is None else reason.detail,
             updated_at=row.updated_at,
         )
 
@@ -135,7 +142,7 @@ class ImportedActuator(BaseModel):
     maker: str
     model: str
     gripper_type: str
-    stroke: float = Field(description="mm, total change of the opening width")
+    stroke: float | None = Field(description="mm, total change of the opening width; null: not known")
     grip_force: float | None = Field(description="N, the sum over the jaws")
     confidence: str
     note: str
@@ -157,7 +164,7 @@ class ActuatorImport(BaseModel):
                 maker=actuator.maker,
                 model=actuator.model,
                 gripper_type=actuator.gripper_type,
-                stroke=actuator.stroke_mm,
+                stroke=actuator.stroke_mm or None,
                 grip_force=actuator.grip_force_N,
                 confidence=actuator.confidence,
                 note=actuator.note,

@@ -1,0 +1,30 @@
+"""How far the pads of a gripper are pressed in by the least force that holds."""
+
+from collections.abc import Iterator, Sequence
+
+from gripwright.design.stages.fingers import GripperCad
+from gripwright.domain.errors import Rejection
+from gripwright.domain.gripper import Gripper, Handle
+
+
+def pad_compression(handle: Handle, cad: GripperCad) -> float | None:
+    """The share of its thickness by which the required grip force presses a pad, on average over its contact; None: no pad."""
+    if cad.finger.bonded is None or handle.hold.contact_area_mm2 <= 0.0:
+        return None
+    pad = cad.spec.pad
+    pressure_MPa = handle.hold.required_force_N / handle.hold.contact_area_mm2  # forces and areas of all fingers together
+    return pressure_MPa / pad.normal_N_mm3 / pad.thickness_mm
+
+
+def pad_warnings(grippers: Sequence[Gripper], cads: Sequence[GripperCad | Rejection | None]) -> Iterator[str]:
+    """Handles that press their pads farther than rubber bears for long."""
+    for gripper, cad in zip(grippers, cads, strict=True):
+        if not isinstance(cad, GripperCad):
+            continue
+        for handle in gripper.handles:
+            share, pad = pad_compression(handle, cad), cad.spec.pad
+            if share is not None and share > pad.compression:
+                yield (
+                    f"{gripper.id}, {handle.operation}: holding {handle.component} presses pads by {100 * share:.0f} % of their "
+                    f"thickness; {pad.material} bears {100 * pad.compression:.0f} % for long: expect to renew them"
+                )
