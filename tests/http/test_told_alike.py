@@ -15,7 +15,7 @@ import trimesh
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 CLEARANCE_MM, MARGIN_MM = 2.0, 0.1  # between plug and frame; that is asked for
-FINGER_MM = 8.0  # thickness
+FINGER_MM, FINGER_WIDE_MM = 8.0, 10.0  # thickness, width
 FRAME_TOP_MM, PLUG_TOP_MM = 30.0, 25.0
 
 
@@ -88,10 +88,14 @@ def sentence(uncovered):
 
 
 def test_the_sentence_says_what_is_hit_by_how_much_where_and_in_which_operation(uncovered, sentence):
-    """The plug has 2 of room beside it and a finger takes 8, from where its tips come down to the frame's top."""
+    """The plug has 2 of room beside it and a finger takes 8, from where its tips come down to the frame's top.
+
+    The grasp may be turned about the contact normal: the lower corner of a tip, the margin around it, comes down first.
+    """
     into_mm = FINGER_MM - CLEARANCE_MM
-    tips_mm = uncovered["nearest_miss"]["grasp_pose"][2][3]  # at its seat the plug's frame is the product's
-    from_mm = FRAME_TOP_MM + MARGIN_MM - tips_mm
+    _, along_y, along_z, tips_mm = uncovered["nearest_miss"]["grasp_pose"][2]  # at its seat the plug's frame is the product's
+    below_mm = abs(along_y) * (FINGER_WIDE_MM / 2.0 + MARGIN_MM) - along_z * MARGIN_MM
+    from_mm = FRAME_TOP_MM + below_mm - tips_mm
 
     told = re.fullmatch(
         r"plug cannot be held in op-02: gripped across 20\.0 mm \(segment \d+\), finger [12] would enter 'frame' by ([\d.]+) mm "
