@@ -136,6 +136,20 @@ def test_the_service_says_how_it_fares(client):
     assert 'route="/health/live",status="200"' in metrics.text
     client.get("/api/v1/products/none")
     assert 'route="/products/{product_id}",status="404"' in client.get("/metrics").text
+    client.request("BREW", "/health/live")
+    assert 'method="other",route="/health/live",status="405"' in client.get("/metrics").text
+
+
+def test_who_asks_whether_it_can_work_is_not_told_where_its_files_are(client, service, problem, monkeypatch):
+    def full(data: bytes) -> str:
+        raise OSError(28, "No space left on device", "/srv/secret")
+
+    monkeypatch.setattr(service.artifacts, "put", full)
+
+    body = problem(client.get("/health/ready"), 503)
+
+    assert "secret" not in str(body)
+    assert "log" in body["detail"]
 
 
 def test_the_page_loads_nothing_from_elsewhere(client, problem):

@@ -6,6 +6,7 @@ import io
 from typing import Any
 
 import numpy as np
+import pytest
 
 from gripwright.design.bom_forms import FLAT, LEVELS, bom_csv, bom_flat, bom_row, bom_views
 from gripwright.design.stages.bom import COLUMNS, BomRow, bom, finger_part_number
@@ -239,3 +240,10 @@ def test_totals_join_equal_parts_of_several_grippers() -> None:
         ("pin", 6, "G1; G2"),
     ]
     assert dataclasses.replace(joined[0], gripper="G1", quantity=1, operations=("op-1",), files=rows[0].files) == rows[0]
+
+
+@pytest.mark.parametrize("model", ["=1+1", "+49", "-C-12", "@SUM"])
+def test_no_spreadsheet_takes_a_cell_for_a_formula(model: str) -> None:
+    rows = [dataclasses.replace(make_rows()[0], model=model).to_dict()]
+
+    assert f",'{model}," in bom_csv(rows)

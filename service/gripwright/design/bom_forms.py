@@ -111,7 +111,12 @@ def bom_flat(rows: Sequence[BomRow]) -> list[BomRow]:
     return list(joined.values())
 
 
+def plain(text: str) -> str:
+    """The text as no spreadsheet takes it for a formula."""
+    return f"'{text}" if text.startswith(("=", "+", "-", "@")) else text
+
+
 def _cell(value: Any) -> Any:
     if isinstance(value, list):
-        return _SEPARATOR.join(value)
-    return "" if value is None else value
+        value = _SEPARATOR.join(value)
+    return "" if value is None else plain(value) if isinstance(value, str) else value

@@ -21,6 +21,7 @@ SECURITY_HEADERS: Mapping[str, str] = MappingProxyType(
 """On every answer that does not set them itself."""
 
 REQUEST_ID = "X-Request-ID"
+_METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})  # any other word is counted as one
 _ID_OF_CALLER = re.compile(r"[A-Za-z0-9._-]{1,64}")
 
 
@@ -46,7 +47,8 @@ class Observed:
                     headers.setdefault(name, value)
                 headers[REQUEST_ID] = request_id
                 route = getattr(scope.get("route"), "path", "")
-                self._requests[scope["method"], route, message["status"]] += 1
+                method = scope["method"] if scope["method"] in _METHODS else "other"
+                self._requests[method, route, message["status"]] += 1
             await send(message)
 
         await self._app(scope, receive, observed)

@@ -9,6 +9,8 @@ from typing import Any
 from openpyxl import Workbook
 from openpyxl.cell.cell import ILLEGAL_CHARACTERS_RE
 
+from gripwright.design.bom_forms import plain
+
 _WIDEST = 60  # characters of a column
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
 _TIMES = re.compile(rb"(<dcterms:(created|modified)[^>]*>)[^<]*")  # in docProps/core.xml
@@ -47,10 +49,8 @@ def _timeless(workbook: bytes) -> bytes:
 
 
 def _cell(value: Any) -> float | int | str | None:
-    """A cell that no spreadsheet takes for a formula."""
     if isinstance(value, list):
         value = "; ".join(map(str, value))
     if isinstance(value, str):
-        value = ILLEGAL_CHARACTERS_RE.sub("", value)
-        return f"'{value}" if value.startswith(("=", "+", "-", "@")) else value
+        return plain(ILLEGAL_CHARACTERS_RE.sub("", value))
     return value if value is None or isinstance(value, int | float) else str(value)

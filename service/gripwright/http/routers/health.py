@@ -1,5 +1,7 @@
 """Whether the service lives, whether it can work, and how it fares."""
 
+import logging
+
 from fastapi import APIRouter, Response
 from sqlalchemy.exc import SQLAlchemyError
 
@@ -12,6 +14,7 @@ from gripwright.http.schemas.problem import problems
 from gripwright.store.migrate import require_current
 
 router = APIRouter(tags=["health"])
+_log = logging.getLogger(__name__)
 
 
 @router.get("/health/live", operation_id="health_live")
@@ -26,8 +29,11 @@ def ready(service: Service) -> Health:
     try:
         require_current(service.database)
         service.artifacts.put(b"ready")
-    except (GripwrightError, SQLAlchemyError, OSError) as error:
-        raise NotReady(f"the store cannot be used: {error}") from error
+    except GripwrightError as error:
+        raise NotReady(f"the store cannot be used: {error.detail}") from error
+    except (SQLAlchemyError, OSError) as error:
+        _log.exception("the store cannot be used")
+        raise NotReady("the store cannot be used; the service's log says why") from error
     if service.plugins is None:
         raise NotReady(service.plugins_problem or "the plug-ins are still being listed")
     return Health(status="ok")
