@@ -23,18 +23,20 @@ class Designed(Protocol):
 
 
 def designer(tmp_path_factory: pytest.TempPathFactory) -> Designed:
-    """Runs the command as a user would, in a data folder of its own; the same call is answered from memory.
+    """Runs the command as a user would; the same call is answered from memory.
 
-    Calls that differ in `again` alone are separate runs.
+    Runs share a data folder, so that what products have in common is computed once; with `again` a run has one of its own.
     """
+    shared = tmp_path_factory.mktemp("data")
 
     @cache
     def design(package: Path, settings: tuple[str, ...] = (), *, again: int = 0) -> tuple[int, Path]:
         folder = tmp_path_factory.mktemp(package.name)
+        data = folder / "data" if again else shared
         command = [str(Path(sys.executable).parent / "gripwright"), "design", str(package), "--out", str(folder / "design")]
         for setting in settings:
             command += ["--set", setting]
-        environment = os.environ | {"GRIPWRIGHT_DATA": str(folder / "data")}
+        environment = os.environ | {"GRIPWRIGHT_DATA": str(data)}
         finished = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
         assert finished.returncode in (COMPLETE, INCOMPLETE), finished.stderr
         return finished.returncode, folder / "design"
