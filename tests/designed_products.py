@@ -30,7 +30,7 @@ def designer(tmp_path_factory: pytest.TempPathFactory) -> Designed:
     shared = tmp_path_factory.mktemp("data")
 
     @cache
-    def design(package: Path, settings: tuple[str, ...] = (), *, again: int = 0) -> tuple[int, Path]:
+    def once(package: Path, settings: tuple[str, ...], again: int) -> tuple[int, Path]:
         folder = tmp_path_factory.mktemp(package.name)
         data = folder / "data" if again else shared
         command = [str(Path(sys.executable).parent / "gripwright"), "design", str(package), "--out", str(folder / "design")]
@@ -40,6 +40,9 @@ def designer(tmp_path_factory: pytest.TempPathFactory) -> Designed:
         finished = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
         assert finished.returncode in (COMPLETE, INCOMPLETE), finished.stderr
         return finished.returncode, folder / "design"
+
+    def design(package: Path, settings: tuple[str, ...] = (), *, again: int = 0) -> tuple[int, Path]:
+        return once(package, settings, again)
 
     return design
 

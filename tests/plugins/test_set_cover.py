@@ -243,7 +243,7 @@ def test_a_coarse_grid_misses_the_optimum() -> None:
 def test_a_sequence_too_large_for_all_objectives_says_that_cost_and_changes_are_not_weighed() -> None:
     problem = dataclasses.replace(hard_problem(), in_sequence=True)
 
-    solution = solve(problem, candidates_max=10)
+    solution = solve(problem, candidates_max=10, time_limit=5)
 
     assert {name for name, detail in solution.detail.items() if detail.startswith("not weighed")} == {"cost", "tool changes"}
 
