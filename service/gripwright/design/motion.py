@@ -29,12 +29,6 @@ class Stretch:
     axes_P: FloatArray  # (n - 1, 2, 3) point and direction of each step's screw axis
     drift_P: FloatArray  # (n - 1, 3), no shorter for an earlier step
 
-    @property
-    def uniform(self) -> bool:
-        """Whether every step repeats one and the same displacement."""
-        moves = self.poses[1:] @ inverse(self.poses[:-1])  # (n - 1, 4, 4)
-        return bool(np.abs(moves - moves[:1]).max(initial=0.0) < 1e-6)
-
 
 def stretches(motion: FloatArray) -> list[Stretch]:
     """The motion (k, 4, 4) as stretches; neighbouring straight legs in one direction are joined, turns of a thread too."""

@@ -65,19 +65,18 @@ def narrow_bore(requirement: GripRequirement, segment: int, fingers: int, least_
 
 def held_at(requirement: GripRequirement, segment: int) -> str:
     """Where a requirement holds: "gripped on Ø24.0 mm (segment 2),"."""
-    size = f"{requirement.opening_width_mm:.1f} mm"
-    if requirement.grip == INTERNAL:
-        return f"gripped from inside Ø{size} (segment {segment}),"
-    on = f"on Ø{size}" if isinstance(requirement.primitive, Cylinder) else f"across {size}"
-    return f"gripped {on} (segment {segment}),"
+    is_round = requirement.grip == INTERNAL or isinstance(requirement.primitive, Cylinder)
+    return _gripped(requirement.opening_width_mm, requirement.grip, is_round, segment)
 
 
 def held_with(grasp: Grasp, segment: int) -> str:
     """As `held_at`, of a grasp by itself: three fingers hold round surfaces."""
-    if grasp.gripper_type != CENTRIC_3:
-        return f"gripped across {mm(grasp.opening_width_mm)} (segment {segment}),"
-    side = "from inside" if grasp.grip == INTERNAL else "on"
-    return f"gripped {side} Ø{mm(grasp.opening_width_mm)} (segment {segment}),"
+    return _gripped(grasp.opening_width_mm, grasp.grip, grasp.gripper_type == CENTRIC_3, segment)
+
+
+def _gripped(opening_width_mm: float, grip: str, is_round: bool, segment: int) -> str:
+    where = "across " if not is_round else "from inside Ø" if grip == INTERNAL else "on Ø"
+    return f"gripped {where}{opening_width_mm:.1f} mm (segment {segment}),"
 
 
 def _what(closest: Closest, held: str, scene: OperationScene) -> str:

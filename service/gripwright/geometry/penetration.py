@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from gripwright.domain.shape import BoolArray, FloatArray, Mesh
 from gripwright.geometry.clipping import corners_within
 from gripwright.geometry.collision import winding_numbers
 from gripwright.geometry.frames import inverse, transform
+from gripwright.geometry.polytope import Polytope
 from gripwright.geometry.solids import is_box
 
 
@@ -30,10 +30,9 @@ class Halfspaces:
 
     def __init__(self, vertices: FloatArray) -> None:
         self.vertices = vertices
-        if is_box(vertices):
-            self.normals: FloatArray = np.concatenate([np.eye(3), -np.eye(3)])
-        else:
-            self.normals = _distinct(ConvexHull(vertices).equations[:, :3])
+        self.normals: FloatArray = (
+            np.concatenate([np.eye(3), -np.eye(3)]) if is_box(vertices) else Polytope(vertices).faces.normals
+        )
         self.offsets: FloatArray = (vertices @ self.normals.T).max(axis=0)  # (f,)
 
 
@@ -84,12 +83,3 @@ def _inside(mesh: Mesh, points: FloatArray) -> BoolArray:
     inside = np.zeros(len(points), dtype=bool)
     inside[near] = np.abs(winding_numbers(mesh, points[near])) > 0.5
     return inside
-
-
-def _distinct(normals: FloatArray) -> FloatArray:
-    """One normal for each face, of a hull whose faces are triangulated."""
-    kept: list[FloatArray] = []
-    for normal in normals:
-        if not any(float(normal @ other) > 1.0 - 1e-10 for other in kept):
-            kept.append(normal)
-    return np.array(kept)
