@@ -28,12 +28,14 @@ log = logging.getLogger(__name__)
 _DISPATCH_S = 0.2
 _SWEEP_S = 2.0
 _DESIGNS_A_LOOK = 100
+_NICENESS = 10  # computing leaves the cores to whatever answers somebody who waits: the service, a database
 
 
 def run_worker(settings: Settings) -> NoReturn:
     """Work until SIGTERM or SIGINT, then end the process. What runs then is continued by the next worker."""
     from gripwright.design.pipeline import design
 
+    os.nice(_NICENESS)
     preload()
     workshop = Workshop.of(settings)
     office = DesignOffice(jobs=open_design_jobs(settings), workshop=workshop, pipeline=design)
