@@ -1,4 +1,4 @@
-.PHONY: help setup demo test check bench lint types openapi clean
+.PHONY: help setup demo test check bench soak lint types openapi clean
 .DEFAULT_GOAL := help
 PYTHON ?= python3
 BIN := .venv/bin
@@ -40,6 +40,10 @@ openapi: setup ## write the OpenAPI document after the interface changed
 
 bench: setup ## measure against the yardsticks
 	$(BIN)/python -m tests.benchmarks
+
+soak: setup ## the long tests: load, faults, hostile input, requests made up from the OpenAPI document
+	@bash .ci/system-packages test
+	$(BIN)/python -m tests.soak
 
 clean:
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis
