@@ -12,7 +12,7 @@ TESTS = Path(__file__).resolve().parent
 
 
 def run_scripts(about: str, scripts: Mapping[str, Path], needs: Mapping[str, tuple[Path, ...]]) -> int:
-    """The scripts that the command line names, or all; one that lacks what it needs is named and left out. The number that failed."""
+    """Those that the command line names, or all; one that lacks what it needs is named and left out. The number that failed."""
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("names", nargs="*", metavar="name", help=f"one of {', '.join(scripts)}; all if none is given")
     names = parser.parse_args().names

@@ -9,14 +9,14 @@ import asyncio
 import collections
 import itertools
 import random
-import statistics
 import sys
 import time
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import httpx
 
-sys.path.insert(0, str(__import__("pathlib").Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from service_factory import make_document, make_package
 from service_process import running_service
@@ -133,7 +133,8 @@ def percentile(values: list[float], share: float) -> float:
 async def prepare(http: httpx.AsyncClient, heavy: bytes) -> dict[str, list[str]]:
     """A few products and designs to begin with."""
     known: dict[str, list[str]] = {"products": [], "designs": [], "heavy": []}
-    for kind, package in [("heavy", heavy)] + [("products", make_package(make_document(part_number=f"S-{n}"))) for n in range(20)]:
+    light = [("products", make_package(make_document(part_number=f"S-{number}"))) for number in range(20)]
+    for kind, package in [("heavy", heavy), *light]:
         answer = await http.post("/api/v1/products", files={"package": ("p.zip", package, "application/zip")}, timeout=60)
         known[kind].append(answer.raise_for_status().json()["id"])
     for product in known["products"][:5]:
@@ -161,8 +162,9 @@ async def drain(http: httpx.AsyncClient, designs: list[str], patience_s: float) 
 def report(measured: Measured, seconds: float) -> list[str]:
     """Print the table; the promises that were broken."""
     for name, values in sorted(measured.seconds.items(), key=lambda item: (" " in item[0], item[0])):
-        figures = [1000 * value for value in (statistics.median(values), percentile(values, 0.95), percentile(values, 0.99), max(values))]
-        print(f"{name:55} {len(values):6}  median {figures[0]:6.1f}  p95 {figures[1]:6.1f}  p99 {figures[2]:6.1f}  max {figures[3]:7.1f} ms")
+        figures = {"median": percentile(values, 0.5), "p95": percentile(values, 0.95), "p99": percentile(values, 0.99)}
+        columns = "  ".join(f"{label} {1000 * value:6.1f}" for label, value in [*figures.items(), ("max", max(values))])
+        print(f"{name:45} {len(values):6}  {columns} ms")
     print("statuses", dict(sorted(measured.statuses.items())), f"in {seconds:.0f} s")
     limits = {"read": READS_P95_S, "write": WRITES_P95_S}
     broken = [
@@ -186,7 +188,8 @@ async def run(address: str, arguments: argparse.Namespace, heavy: bytes) -> int:
             await clients[0].request_design(known["products"][number % 20], {})
         queued_s = time.monotonic()
         ends = await drain(http, measured.designs, arguments.patience)
-        print(f"{len(measured.designs)} designs, the last {arguments.queue} at once, drained {time.monotonic() - queued_s:.0f} s later: {ends}")
+        taken_s = time.monotonic() - queued_s
+        print(f"{len(measured.designs)} designs, the last {arguments.queue} at once, drained {taken_s:.0f} s later: {ends}")
     if set(ends) != {"succeeded"}:
         broken.append(f"not every design succeeded: {ends}")
     print("\n".join(broken) or "all promises kept")
