@@ -1,4 +1,7 @@
-"""What handlers are given: sessions, stores, and what is installed."""
+"""What handlers are given: sessions, stores, and what is installed.
+
+What only looks something up is `async`: the framework would send anything else to a thread and wait for it.
+"""
 
 from collections.abc import Iterator
 from datetime import datetime
@@ -14,7 +17,7 @@ from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.columns import utc_now
 
 
-def service_state(request: Request) -> State:
+async def service_state(request: Request) -> State:
     """The parts of the service."""
     return cast(State, request.app.state.service)
 
@@ -41,7 +44,7 @@ WriteSession = Annotated[Session, Depends(write_session, scope="function")]
 ReadSession = Annotated[Session, Depends(read_session, scope="function")]
 
 
-def artifact_store(service: Service) -> ArtifactStore:
+async def artifact_store(service: Service) -> ArtifactStore:
     """Files by their content."""
     return service.artifacts
 
@@ -58,4 +61,11 @@ def installed_plugins(service: Service) -> RegistryDescription:
 
 
 Plugins = Annotated[RegistryDescription, Depends(installed_plugins)]
-Now = Annotated[datetime, Depends(utc_now)]
+
+
+async def this_moment() -> datetime:
+    """The time of the request, UTC."""
+    return utc_now()
+
+
+Now = Annotated[datetime, Depends(this_moment)]

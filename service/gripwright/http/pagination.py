@@ -24,7 +24,7 @@ class PageRequest:
         return page, cursor_of(page[-1]).encode() if len(rows) > self.limit else None
 
 
-def page_request(
+async def page_request(
     cursor: Annotated[str | None, Query(description="`next_cursor` of the page before", max_length=500)] = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> PageRequest:

@@ -30,7 +30,7 @@ class Database:
 def _engine(url: str, *, begin: str) -> Engine:
     if make_url(url).get_backend_name() != "sqlite":
         return create_engine(url, pool_pre_ping=True, max_overflow=_CONNECTIONS)
-    engine = create_engine(url, connect_args={"timeout": BUSY_TIMEOUT_S}, max_overflow=_CONNECTIONS)
+    engine = create_engine(url, connect_args={"timeout": BUSY_TIMEOUT_S}, pool_size=_CONNECTIONS)  # all stay open: they are files
     event.listen(engine, "connect", _configure_sqlite)
     event.listen(engine, "begin", _begin_with(begin))
     return engine
