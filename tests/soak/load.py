@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import httpx
+import psutil
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -159,52 +160,70 @@ async def drain(http: httpx.AsyncClient, designs: list[str], patience_s: float) 
     return dict(ends)
 
 
-def report(measured: Measured, seconds: float) -> list[str]:
-    """Print the table; the promises that were broken."""
+def print_table(measured: Measured) -> None:
+    """Times by what was asked."""
     for name, values in sorted(measured.seconds.items(), key=lambda item: (" " in item[0], item[0])):
         figures = {"median": percentile(values, 0.5), "p95": percentile(values, 0.95), "p99": percentile(values, 0.99)}
         columns = "  ".join(f"{label} {1000 * value:6.1f}" for label, value in [*figures.items(), ("max", max(values))])
         print(f"{name:45} {len(values):6}  {columns} ms")
-    print("statuses", dict(sorted(measured.statuses.items())), f"in {seconds:.0f} s")
+    print("statuses", dict(sorted(measured.statuses.items())))
+
+
+def broken_promises(measured: Measured) -> list[str]:
+    """What was slower than it may be, and the answers that tell of a defect."""
     limits = {"read": READS_P95_S, "write": WRITES_P95_S}
-    broken = [
+    slow = [
         f"p95 of {kind}s is {1000 * p95:.0f} ms, at most {1000 * limit:.0f}"
         for kind, limit in limits.items()
         if (p95 := percentile(measured.seconds[kind], 0.95)) > limit
     ]
-    return broken + [f"{count} answers were {status}" for status, count in measured.statuses.items() if status >= 500]
+    return slow + [f"{count} answers were {status}" for status, count in measured.statuses.items() if status >= 500]
 
 
-async def run(address: str, arguments: argparse.Namespace, heavy: bytes) -> int:
-    measured, began_s = Measured(), time.monotonic()
-    limits = httpx.Limits(max_connections=arguments.clients, max_keepalive_connections=arguments.clients)
+async def put_under_load(
+    address: str, heavy: bytes, *, clients: int, seconds: float, queue: int, patience_s: float
+) -> tuple[Measured, dict[str, int]]:
+    """What was measured while the clients lived, and how all designs ended, those included that were queued at once after it."""
+    measured = Measured()
+    limits = httpx.Limits(max_connections=clients, max_keepalive_connections=clients)
     async with httpx.AsyncClient(base_url=address, limits=limits, timeout=60) as http:
         known = await prepare(http, heavy)
-        clients = [Client(http, known, measured, seed) for seed in range(1, arguments.clients + 1)]
-        end_s = time.monotonic() + 60 * arguments.minutes
-        await asyncio.gather(*(client.live_until(end_s) for client in clients))
-        broken = report(measured, time.monotonic() - began_s)
-        for number in range(arguments.queue):
-            await clients[0].request_design(known["products"][number % 20], {})
+        crowd = [Client(http, known, measured, seed) for seed in range(1, clients + 1)]
+        end_s = time.monotonic() + seconds
+        await asyncio.gather(*(client.live_until(end_s) for client in crowd))
+        print_table(measured)
+        began_s = time.monotonic()
+        for number in range(queue):
+            await crowd[0].request_design(known["products"][number % len(known["products"])], {})
         queued_s = time.monotonic()
-        ends = await drain(http, measured.designs, arguments.patience)
-        taken_s = time.monotonic() - queued_s
-        print(f"{len(measured.designs)} designs, the last {arguments.queue} at once, drained {taken_s:.0f} s later: {ends}")
-    if set(ends) != {"succeeded"}:
-        broken.append(f"not every design succeeded: {ends}")
-    print("\n".join(broken) or "all promises kept")
-    return len(broken)
+        ends = await drain(http, measured.designs, patience_s)
+    now_s = time.monotonic()
+    print(
+        f"{queue} designs queued in {queued_s - began_s:.0f} s; all {len(measured.designs)} ended {now_s - queued_s:.0f} s later: {ends}"
+    )
+    return measured, ends
 
 
 def main() -> int:
+    """The number of promises that were broken."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--clients", type=int, default=50)
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--queue", type=int, default=1000, help="designs queued at once after that")
     parser.add_argument("--patience", type=float, default=3600.0, help="seconds for the queue to drain")
-    arguments = parser.parse_args()
+    asked = parser.parse_args()
     with running_service(workers=2) as service:
-        return asyncio.run(run(service.address, arguments, service.sample_package()))
+        process, seconds = psutil.Process(service.process.pid), 60 * asked.minutes
+        how = {"clients": asked.clients, "seconds": seconds, "queue": asked.queue, "patience_s": asked.patience}
+        load = put_under_load(service.address, service.sample_package(), **how)
+        measured, ends = asyncio.run(load)
+        used = process.cpu_times()
+        print(f"the service itself: {used.user + used.system:.0f} s of processor, {process.memory_info().rss / 2**20:.0f} MiB")
+    broken = broken_promises(measured)
+    if set(ends) != {"succeeded"}:
+        broken.append(f"not every design succeeded: {ends}")
+    print("\n".join(broken) or "all promises kept")
+    return len(broken)
 
 
 if __name__ == "__main__":
