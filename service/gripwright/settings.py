@@ -60,6 +60,9 @@ class Settings(BaseSettings):
     host: str = "127.0.0.1"
     port: int = Field(default=8000, ge=0, le=65535)
     workers: int = Field(default=os.cpu_count() or 1, ge=0, le=64, description="worker processes embedded in `serve`")
+    worker_lease_s: float = Field(
+        default=20.0, ge=1.0, le=3600.0, description="silence after which another worker takes over a worker's designs"
+    )
     step_memory_mb: int = Field(default=4096, ge=256, description="of one step of a design")
     step_timeout_s: float = Field(default=900.0, gt=0, description="of one step of a design")
     plugins_allow: tuple[str, ...] | None = Field(default=None, description="distributions whose plug-ins may load; none: all")

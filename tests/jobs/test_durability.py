@@ -14,7 +14,7 @@ def make_service(folder, monkeypatch):
     site.mkdir()
     install(site, "gripwright-fakes", ALL_KINDS)
     here = os.path.dirname(__file__)
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(site), here, os.path.dirname(here)]))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(site), here, os.path.dirname(here), os.environ.get("PYTHONPATH", "")]))
     monkeypatch.setenv("FAKE_LOG", str(folder / "steps.log"))
     monkeypatch.setenv("GRIPWRIGHT_DATA", str(folder / "data"))
     monkeypatch.setenv("GRIPWRIGHT_PLUGINS_ALLOW", '["gripwright-fakes"]')
