@@ -17,7 +17,7 @@ from gripwright.store.columns import new_id, utc_now
 from gripwright.store.designs import DesignRepository, JobRepository
 from gripwright.store.engines import Database
 from gripwright.store.models import Base, DesignRow, JobEventRow, JobRow, ProductRow
-from plugin_factory import FAKE_OPTIONS
+from plugin_factory import ALL_KINDS, FAKE_OPTIONS, install
 
 
 class Service:
@@ -107,3 +107,19 @@ class Service:
         with self.database.write_sessions.begin() as session:
             session.add(row)
         return row.id
+
+
+def make_service(folder, monkeypatch, **variables):
+    """A service without a worker, in a folder; `variables` are settings in the environment, by field name in capitals."""
+    site = folder / "site"
+    site.mkdir()
+    install(site, "gripwright-fakes", ALL_KINDS)
+    here = os.path.dirname(__file__)
+    paths = [str(site), here, os.path.dirname(here), os.environ.get("PYTHONPATH", "")]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(paths))
+    monkeypatch.setenv("FAKE_LOG", str(folder / "steps.log"))
+    monkeypatch.setenv("GRIPWRIGHT_DATA", str(folder / "data"))
+    monkeypatch.setenv("GRIPWRIGHT_PLUGINS_ALLOW", '["gripwright-fakes"]')
+    for name, value in variables.items():
+        monkeypatch.setenv(f"GRIPWRIGHT_{name}", value)
+    return Service(Settings(), str(folder / "steps.log"))

@@ -2,7 +2,7 @@
 
 No two clocks are ever compared. A worker renews its lease every few seconds, and counts from the moment before it last did so.
 Others count from the moment when they first saw that renewal, which is later. So it has ended before anybody takes its work over,
-whatever happens to the clocks of hosts and database. A worker whose process is seen to be gone on the same machine is not waited for.
+whatever happens to the clocks. A worker whose process is seen to be gone on the same machine is not waited for.
 """
 
 import logging
