@@ -7,6 +7,7 @@ import pytest
 
 from designed_products import Designed, designer
 from postgresql_server import PostgresqlServer, running_postgresql
+from s3_server import S3Server, running_s3
 
 
 @pytest.fixture(scope="session")
@@ -26,3 +27,18 @@ def postgresql_server() -> Iterator[PostgresqlServer]:
 def postgresql(postgresql_server: PostgresqlServer) -> str:
     """The address of an empty PostgreSQL database."""
     return postgresql_server.create_database(f"test_{secrets.token_hex(6)}")
+
+
+@pytest.fixture(scope="session")
+def s3_server() -> Iterator[S3Server]:
+    """One S3 protocol server for all tests."""
+    with running_s3() as server:
+        yield server
+
+
+@pytest.fixture
+def s3_storage(s3_server: S3Server, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The URL of an empty folder in a bucket of its own; the environment has what is needed to use it."""
+    for name, value in s3_server.environment.items():
+        monkeypatch.setenv(name, value)
+    return s3_server.create_bucket()

@@ -12,11 +12,11 @@ from fake_calculation import executed
 from gripwright.design.records import dumps
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.settings import Settings
-from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.columns import new_id, utc_now
 from gripwright.store.designs import DesignRepository, JobRepository
 from gripwright.store.engines import Database
 from gripwright.store.models import Base, DesignRow, JobEventRow, JobRow, ProductRow
+from gripwright.store.storage import open_artifacts
 from plugin_factory import ALL_KINDS, FAKE_OPTIONS, install
 
 
@@ -27,7 +27,7 @@ class Service:
         self.settings, self.log = settings, log
         self.database = Database(settings.resolved_database_url)
         Base.metadata.create_all(self.database.write_engine)
-        self.artifacts = ArtifactStore(settings.data_dir / "artifacts")
+        self.artifacts = open_artifacts(settings.resolved_storage_url)
         self.workers = []
         self._product_id = self._add_product()
 
