@@ -36,6 +36,14 @@ def _issuer(url: str) -> str:
     return url
 
 
+def _storage(url: str) -> str:
+    parts = urlsplit(url)
+    is_folder = parts.scheme == "file" and not parts.netloc and parts.path.startswith("/")
+    if not is_folder and not (parts.scheme == "s3" and parts.netloc):
+        raise ValueError(f"the storage is file:///folder or s3://bucket/prefix, not {url}")
+    return url
+
+
 def _origin(origin: str) -> str:
     parts = urlsplit(origin)
     if parts.scheme not in ("http", "https") or not parts.hostname or origin != f"{parts.scheme}://{parts.netloc}":
@@ -57,9 +65,15 @@ class Settings(BaseSettings):
         default=None, description="SQLAlchemy URL; none: SQLite in `data_dir`, migrated by `serve` itself"
     )
     jobs_database_url: str | None = Field(default=None, description="of the job engine's own tables; none: SQLite in `data_dir`")
+    storage_url: Annotated[str, AfterValidator(_storage)] | None = Field(
+        default=None, description="of artifacts and step results: file:///folder or s3://bucket/prefix; none: `data_dir`"
+    )
     host: str = "127.0.0.1"
     port: int = Field(default=8000, ge=0, le=65535)
     workers: int = Field(default=os.cpu_count() or 1, ge=0, le=64, description="worker processes embedded in `serve`")
+    worker_lease_s: float = Field(
+        default=20.0, ge=1.0, le=3600.0, description="silence after which another worker takes over a worker's designs"
+    )
     step_memory_mb: int = Field(default=4096, ge=256, description="of one step of a design")
     step_timeout_s: float = Field(default=900.0, gt=0, description="of one step of a design")
     plugins_allow: tuple[str, ...] | None = Field(default=None, description="distributions whose plug-ins may load; none: all")
@@ -98,6 +112,11 @@ class Settings(BaseSettings):
     def uses_default_database(self) -> bool:
         """Whether the database is the SQLite file in `data_dir`."""
         return self.database_url is None
+
+    @property
+    def resolved_storage_url(self) -> str:
+        """Where artifacts and step results are kept, as a URL."""
+        return self.storage_url or self.data_dir.as_uri()
 
     @property
     def resolved_database_url(self) -> str:

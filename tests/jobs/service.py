@@ -12,12 +12,12 @@ from fake_calculation import executed
 from gripwright.design.records import dumps
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.settings import Settings
-from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.columns import new_id, utc_now
 from gripwright.store.designs import DesignRepository, JobRepository
 from gripwright.store.engines import Database
 from gripwright.store.models import Base, DesignRow, JobEventRow, JobRow, ProductRow
-from plugin_factory import FAKE_OPTIONS
+from gripwright.store.storage import open_artifacts
+from plugin_factory import ALL_KINDS, FAKE_OPTIONS, install
 
 
 class Service:
@@ -27,7 +27,7 @@ class Service:
         self.settings, self.log = settings, log
         self.database = Database(settings.resolved_database_url)
         Base.metadata.create_all(self.database.write_engine)
-        self.artifacts = ArtifactStore(settings.data_dir / "artifacts")
+        self.artifacts = open_artifacts(settings.resolved_storage_url)
         self.workers = []
         self._product_id = self._add_product()
 
@@ -107,3 +107,19 @@ class Service:
         with self.database.write_sessions.begin() as session:
             session.add(row)
         return row.id
+
+
+def make_service(folder, monkeypatch, **variables):
+    """A service without a worker, in a folder; `variables` are settings in the environment, by field name in capitals."""
+    site = folder / "site"
+    site.mkdir()
+    install(site, "gripwright-fakes", ALL_KINDS)
+    here = os.path.dirname(__file__)
+    paths = [str(site), here, os.path.dirname(here), os.environ.get("PYTHONPATH", "")]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(paths))
+    monkeypatch.setenv("FAKE_LOG", str(folder / "steps.log"))
+    monkeypatch.setenv("GRIPWRIGHT_DATA", str(folder / "data"))
+    monkeypatch.setenv("GRIPWRIGHT_PLUGINS_ALLOW", '["gripwright-fakes"]')
+    for name, value in variables.items():
+        monkeypatch.setenv(f"GRIPWRIGHT_{name}", value)
+    return Service(Settings(), str(folder / "steps.log"))

@@ -1,24 +1,8 @@
-import os
 import time
 
 import pytest
 from fake_calculation import executed
-from service import Service
-
-from gripwright.settings import Settings
-from plugin_factory import ALL_KINDS, install
-
-
-def make_service(folder, monkeypatch):
-    site = folder / "site"
-    site.mkdir()
-    install(site, "gripwright-fakes", ALL_KINDS)
-    here = os.path.dirname(__file__)
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(site), here, os.path.dirname(here)]))
-    monkeypatch.setenv("FAKE_LOG", str(folder / "steps.log"))
-    monkeypatch.setenv("GRIPWRIGHT_DATA", str(folder / "data"))
-    monkeypatch.setenv("GRIPWRIGHT_PLUGINS_ALLOW", '["gripwright-fakes"]')
-    return Service(Settings(), str(folder / "steps.log"))
+from service import make_service
 
 
 @pytest.fixture

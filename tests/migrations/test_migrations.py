@@ -1,10 +1,6 @@
-import os
-import shutil
 import subprocess
 import sys
-import tempfile
 from datetime import timedelta
-from pathlib import Path
 
 import pytest
 from alembic import command
@@ -18,27 +14,6 @@ from gripwright.store.engines import Database
 from gripwright.store.migrate import alembic_config, migrate, prepare, require_current
 from gripwright.store.models import Base
 from gripwright.store.seed import seed_actuators
-
-
-@pytest.fixture
-def postgresql():
-    """The address of a PostgreSQL of our own."""
-    postgres = shutil.which("postgres")
-    if postgres is None:
-        pytest.skip("PostgreSQL is not installed")
-    binaries = Path(postgres).resolve().parent
-    as_user = ["setpriv", "--reuid=nobody", "--regid=nogroup", "--clear-groups"] if os.geteuid() == 0 else []
-    with tempfile.TemporaryDirectory(prefix="gripwright-pg-") as name:
-        folder = Path(name)
-        if as_user:
-            shutil.chown(folder, "nobody", "nogroup")
-        data = folder / "data"
-        subprocess.run([*as_user, binaries / "initdb", "-D", data, "-A", "trust", "-U", "test"], check=True, capture_output=True)
-        options = f"-c listen_addresses='' -c unix_socket_directories={folder} -c fsync=off"
-        start = [*as_user, binaries / "pg_ctl", "-D", data, "-w", "-o", options, "-l", folder / "log", "start"]
-        subprocess.run(start, check=True, capture_output=True)
-        yield f"postgresql://test@/postgres?host={folder}"
-        subprocess.run([*as_user, binaries / "pg_ctl", "-D", data, "-m", "immediate", "stop"], check=True, capture_output=True)
 
 
 @pytest.fixture

@@ -19,6 +19,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "minimise": ("gripwright.cli.minimise", "The gripper-set optimisation alone."),
         "serve": ("gripwright.cli.serve", "The HTTP service with its embedded workers."),
         "worker": ("gripwright.cli.serve", "A further worker process."),
+        "workers": ("gripwright.cli.workers", "The worker processes of all hosts: live or stale, and what they run."),
         "migrate": ("gripwright.cli.serve", "Bring the database to this version."),
         "demo": ("gripwright.cli.demo", "The sample product through the real service."),
         "sample": ("gripwright.cli.sample", "Write the sample product as a package."),

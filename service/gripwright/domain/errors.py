@@ -76,3 +76,21 @@ class Cancelled(GripwrightError):
     """The caller asked to stop."""
 
     code = "cancelled"
+
+
+class StorageUnavailable(GripwrightError):
+    """The storage of files does not answer; it may do so later."""
+
+    code = "storage-unavailable"
+
+
+class StorageRefused(GripwrightError):
+    """The storage of files refuses what it is asked; only its operator can change that."""
+
+    code = "storage-refused"
+
+
+class InsufficientStorage(GripwrightError):
+    """There is no room for what would be stored."""
+
+    code = "insufficient-storage"

@@ -25,6 +25,7 @@ from gripwright.http.routers import (
     plugins,
     products,
     webhooks,
+    workers,
 )
 from gripwright.http.state import State
 from gripwright.settings import Settings
@@ -70,7 +71,19 @@ def create_app(settings: Settings) -> FastAPI:
     register_error_handlers(app)
     _add_middleware(app, service)
     api = APIRouter(prefix=PREFIX)
-    for module in (products, components, designs, change_impact, jobs, gripper_sets, plugins, actuators, webhooks, audit):
+    for module in (
+        products,
+        components,
+        designs,
+        change_impact,
+        jobs,
+        gripper_sets,
+        plugins,
+        actuators,
+        webhooks,
+        audit,
+        workers,
+    ):
         api.include_router(module.router)
     app.include_router(api)
     app.include_router(health.router)

@@ -1,13 +1,15 @@
 """Files and archives as responses."""
 
+import re
 import tempfile
 import zipfile
 
 from fastapi import Response, status
 from fastapi.responses import FileResponse
 from starlette.background import BackgroundTask
+from starlette.concurrency import iterate_in_threadpool
 from starlette.datastructures import Headers
-from starlette.types import Message, Receive, Scope, Send
+from starlette.types import Receive, Scope, Send
 
 from gripwright.domain.errors import NotFound
 from gripwright.http.errors import problem
@@ -21,27 +23,51 @@ _REPORT_POLICY = (
     "sandbox allow-scripts; default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; "
     "frame-ancestors 'none'"
 )
+_RANGE = re.compile(r"\s*bytes\s*=\s*(?P<first>\d{0,18})\s*-\s*(?P<last>\d{0,18})\s*", re.IGNORECASE)
 
 
 class _StoredFile(FileResponse):
-    """A file whose refusals of a range are problems, too."""
+    """An artifact, whole or a range of it, passed on as it is read: from a folder and from other storage alike.
+
+    Several ranges at once are answered with the whole, as the standard allows.
+    """
+
+    def __init__(self, artifacts: ArtifactStore, sha256: str, *, media_type: str, headers: dict[str, str], name: str) -> None:
+        kind = "inline" if media_type.partition(";")[0] in _INLINE else "attachment"
+        super().__init__(sha256, media_type=media_type, headers=headers, filename=name, content_disposition_type=kind)
+        self._artifacts, self._sha256 = artifacts, sha256
+        self._size = artifacts.size(sha256)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        refusal: Message | None = None
+        """Send it."""
+        start, stop = 0, self._size
+        asked = self._asked(Headers(scope=scope))
+        if asked is not None:
+            start, stop = asked
+            if start >= stop:
+                headers = {"Content-Range": f"bytes */{self._size}"}
+                await problem(416, "bad-range", "the file has no such range", headers=headers)(scope, receive, send)
+                return
+            self.status_code = status.HTTP_206_PARTIAL_CONTENT
+            self.headers["content-range"] = f"bytes {start}-{stop - 1}/{self._size}"
+        self.headers["content-length"] = str(stop - start)
+        await send({"type": "http.response.start", "status": self.status_code, "headers": self.raw_headers})
+        if scope["method"].upper() != "HEAD":
+            async for part in iterate_in_threadpool(self._artifacts.parts(self._sha256, start, stop)):
+                await send({"type": "http.response.body", "body": part, "more_body": True})
+        await send({"type": "http.response.body", "body": b"", "more_body": False})
 
-        async def checked(message: Message) -> None:
-            nonlocal refusal
-            if message["type"] == "http.response.start" and message["status"] >= 400:
-                refusal = message
-            if refusal is None:
-                await send(message)
-
-        await super().__call__(scope, receive, checked)
-        if refusal is not None:
-            content_range = Headers(raw=refusal["headers"]).get("content-range")
-            headers = {} if content_range is None else {"Content-Range": content_range}
-            answer = problem(refusal["status"], "bad-range", "the file has no such range", headers=headers)
-            await answer(scope, receive, send)
+    def _asked(self, headers: Headers) -> tuple[int, int] | None:
+        """Start and stop of the range that is asked for, empty where the file has none of it; None: the whole is."""
+        match = _RANGE.fullmatch(headers.get("range", ""))
+        if match is None or headers.get("if-range", self.headers["etag"]) != self.headers["etag"]:
+            return None
+        first, last = match["first"], match["last"]
+        if (first and last and int(first) > int(last)) or not (first or last):
+            return None  # no range by the standard's grammar: to be ignored
+        if not first:
+            return max(self._size - int(last), 0), self._size if int(last) else 0
+        return int(first), min(int(last) + 1, self._size) if last else self._size
 
 
 def file_response(artifacts: ArtifactStore, sha256: str, *, media_type: str, name: str, if_none_match: str | None) -> Response:
@@ -50,16 +76,9 @@ def file_response(artifacts: ArtifactStore, sha256: str, *, media_type: str, nam
     headers = {"ETag": tag, "Cache-Control": "private, no-cache"}
     if is_known(if_none_match, tag):
         return Response(status_code=status.HTTP_304_NOT_MODIFIED, headers=headers)
-    kind = media_type.partition(";")[0]
-    if kind == "text/html":
+    if media_type.partition(";")[0] == "text/html":
         headers["Content-Security-Policy"] = _REPORT_POLICY
-    return _StoredFile(
-        artifacts.path(sha256),
-        media_type=media_type,
-        headers=headers,
-        filename=name,
-        content_disposition_type="inline" if kind in _INLINE else "attachment",
-    )
+    return _StoredFile(artifacts, sha256, media_type=media_type, headers=headers, name=name)
 
 
 def archive_response(design: DesignRow, artifacts: ArtifactStore) -> Response:

@@ -33,6 +33,9 @@ STATUS_OF_CODE: Mapping[str, int] = {
     "scope-missing": 403,
     "origin-refused": 403,
     "not-ready": 503,
+    "storage-unavailable": 503,
+    "storage-refused": 500,
+    "insufficient-storage": 507,
 }
 
 

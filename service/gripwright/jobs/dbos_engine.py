@@ -7,6 +7,7 @@ behind is run again by its successor: calls that DBOS recorded are not made agai
 
 import sqlite3
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -23,18 +24,19 @@ from gripwright.jobs.engine import JobState, StepFailure, problem_of
 from gripwright.jobs.progress import Throttle, design_fraction
 from gripwright.jobs.steps import StepCall, load_stages, run_step, step_call
 from gripwright.jobs.workflow import DesignOffice, run_design
+from gripwright.store.engines import NETWORK
 
 DESIGN_QUEUE, CPU_QUEUE = "design", "cpu"
 _POLL_S = 0.1
 _CANCEL_POLL_S = 0.25
 _DESIGNS_A_WORKER = 4  # a design's own workflow only waits; its steps do the work
 _STEP_RECOVERIES = 3  # a step that takes its whole worker down so often is given up
-_QUEUED = WorkflowStatusString.ENQUEUED.value
-_ACTIVE = (_QUEUED, WorkflowStatusString.PENDING.value, WorkflowStatusString.DELAYED.value)
+_QUEUED, _BEGUN = WorkflowStatusString.ENQUEUED.value, WorkflowStatusString.PENDING.value
+_ACTIVE = (_QUEUED, _BEGUN, WorkflowStatusString.DELAYED.value)
 
 
 class DbosEngine:
-    """One process of the job engine. `executor` is the same after each restart of its slot, and of no other live process."""
+    """One process of the job engine. `executor` is its own and no other's, before or after."""
 
     def __init__(self, office: DesignOffice, *, database_url: str, executor: str, steps_at_a_time: int = 1) -> None:
         self._office, self._steps_at_a_time = office, steps_at_a_time
@@ -45,12 +47,13 @@ class DbosEngine:
             application_version=gripwright.__version__,
             executor_id=executor,
             log_level="WARNING",
+            db_engine_kwargs=_engine_options(database_url),
         )
         DBOS(config=config)
         self._run_design, self._run_step = self._workflows()
 
     def start(self) -> None:
-        """Begin to work, first on what a process of the same slot left behind."""
+        """Begin to work."""
         _use_wal(self._database_url)
         DBOS.launch()
         DBOS.register_queue(DESIGN_QUEUE, worker_concurrency=_DESIGNS_A_WORKER, polling_interval_sec=_POLL_S)
@@ -69,9 +72,17 @@ class DbosEngine:
         alive = status.status in _ACTIVE and status.app_version == gripwright.__version__
         return "active" if alive else "ended"
 
+    def at_work(self) -> Mapping[str, int]:
+        """Every executor that has begun something and not ended it, alive or dead, and how many steps it runs."""
+        steps: Counter[str] = Counter()
+        begun = DBOS.list_workflows(status=_BEGUN, app_version=gripwright.__version__, load_input=False, load_output=False)
+        for status in begun:
+            steps[status.executor_id or ""] += status.name == "step"
+        return steps
+
     def take_over(self, executor: str) -> None:
-        """Continue what a dead executor left behind."""
-        DBOS._recover_pending_workflows([executor])  # the public way is a restart of that very executor
+        """Continue what a dead executor left behind; where several workers do it, each piece is continued by one of them."""
+        DBOS._recover_pending_workflows([executor])  # DBOS has no public way without its cloud
 
     def stop(self) -> None:
         """Take no more work; what runs is left to whoever starts next."""
@@ -234,6 +245,11 @@ def _error_of(problem: Mapping[str, Any]) -> GripwrightError:
         return Cancelled(problem["detail"])
     faults = tuple(Fault(**fault) for fault in problem["errors"])
     return Refused(problem["code"], problem["detail"], faults, stage=problem["stage"], plugin=problem["plugin"])
+
+
+def _engine_options(database_url: str) -> dict[str, Any]:
+    """Connections that end in time when a host is cut off."""
+    return {} if database_url.startswith("sqlite") else {"connect_args": dict(NETWORK)}
 
 
 def _use_wal(database_url: str) -> None:

@@ -71,7 +71,7 @@ class JobEngine(Protocol):
     """Runs designs durably: what has been submitted ends exactly once, whatever happens to the processes."""
 
     def start(self) -> None:
-        """Begin to work, first on what a process of the same slot left behind."""
+        """Begin to work."""
         ...
 
     def submit(self, design_id: str, attempt: int) -> None:
@@ -82,8 +82,12 @@ class JobEngine(Protocol):
         """Whether the engine still works on it."""
         ...
 
+    def at_work(self) -> Mapping[str, int]:
+        """Every executor that has begun something and not ended it, alive or dead, and how many steps it runs."""
+        ...
+
     def take_over(self, executor: str) -> None:
-        """Continue what a dead executor left behind."""
+        """Continue what a dead executor left behind; where several workers do it, each piece is continued by one of them."""
         ...
 
     def stop(self) -> None:

@@ -27,6 +27,7 @@ from gripwright.registry.plans import effective_plan
 from gripwright.settings import Settings
 from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.steps import StepStore
+from gripwright.store.storage import open_artifacts, open_steps
 
 if TYPE_CHECKING:
     from gripwright.design.stage_table import Stage
@@ -46,6 +47,7 @@ class Workshop:
     """Where steps run and keep their results."""
 
     data_dir: Path
+    storage_url: str | None = None  # none: in the data folder
     plugins_allow: tuple[str, ...] | None = None
     limits: Limits = Limits()  # noqa: RUF009 - frozen
     stages_at: str = STAGES_AT  # "module:attribute" of the stages
@@ -55,20 +57,26 @@ class Workshop:
         """The workshop that the settings describe."""
         return cls(
             data_dir=settings.data_dir,
+            storage_url=settings.storage_url,
             plugins_allow=settings.plugins_allow,
             limits=Limits(memory_mb=settings.step_memory_mb, timeout_s=settings.step_timeout_s),
             stages_at=stages_at,
         )
 
     @property
+    def storage(self) -> str:
+        """Where results and files are kept, as a URL."""
+        return self.storage_url or self.data_dir.as_uri()
+
+    @property
     def steps(self) -> StepStore:
         """Results of steps."""
-        return StepStore(self.data_dir / "steps")
+        return open_steps(self.storage)
 
     @property
     def artifacts(self) -> ArtifactStore:
         """Files by their content."""
-        return ArtifactStore(self.data_dir / "artifacts")
+        return open_artifacts(self.storage)
 
     def put(self, value: Any) -> Ref:
         """Store an input of the calculation by its content."""
@@ -147,7 +155,7 @@ def run_step(
         "call": call,
         "allow": workshop.plugins_allow,
         "stages_at": workshop.stages_at,
-        "steps": str(workshop.data_dir / "steps"),
+        "storage": workshop.storage,
     }
     plugin = next(iter(call["versions"])) if len(call["versions"]) == 1 else None
     _guarded(
@@ -184,7 +192,7 @@ def _versions(argument: dict[str, Any], progress: Progress) -> dict[str, PluginV
 def _compute(argument: dict[str, Any], progress: Progress) -> None:
     """Run the stage of a call and store its result."""
     call: StepCall = argument["call"]
-    registry, store = _registry(argument["allow"]), StepStore(Path(argument["steps"]))
+    registry, store = _registry(argument["allow"]), open_steps(argument["storage"])
     plan = Plan(**call["plan"])
     toolbox = build_toolbox(plan, registry)
     if any(toolbox.versions.get(name) != version for name, version in call["versions"].items()):

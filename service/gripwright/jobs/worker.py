@@ -13,7 +13,7 @@ from gripwright.jobs.child import preload
 from gripwright.jobs.dbos_engine import DbosEngine
 from gripwright.jobs.deliveries import DeliveryLoop
 from gripwright.jobs.engine import DesignJobs, JobEngine, StepFailure, problem_of
-from gripwright.jobs.slots import Slots
+from gripwright.jobs.hosts import Lease, Watch, join_workers
 from gripwright.jobs.steps import Workshop
 from gripwright.jobs.supervisor import LIFELINE
 from gripwright.jobs.workflow import DesignOffice
@@ -51,18 +51,19 @@ def work(office: DesignOffice, settings: Settings) -> None:
     """Run the designs of an office until the process is told to end."""
     stop = threading.Event()
     _on_end(stop.set)
-    slots = Slots(settings.data_dir / "workers")
-    slot = slots.take()
-    engine = DbosEngine(office, database_url=jobs_database_url(settings), executor=slot.executor)
+    lease, watch = join_workers(settings)
+    engine = DbosEngine(office, database_url=jobs_database_url(settings), executor=lease.id)
+    lease.start()
     engine.start()
-    log.info("worker %s is ready", slot.executor)
-    next_sweep_s = time.monotonic() + _SWEEP_S
+    log.info("worker %s is ready", lease.id)
+    next_sweep_s = time.monotonic()
     while not stop.wait(_DISPATCH_S):
         dispatch(office.jobs, engine)
         if time.monotonic() >= next_sweep_s:
-            sweep(office.jobs, engine, slots)
+            sweep(office.jobs, engine, lease, watch)
             next_sweep_s = time.monotonic() + _SWEEP_S
     engine.stop()
+    lease.stop()
 
 
 def dispatch(jobs: DesignJobs, engine: JobEngine) -> None:
@@ -72,11 +73,16 @@ def dispatch(jobs: DesignJobs, engine: JobEngine) -> None:
         jobs.mark_dispatched(design_id, attempt)
 
 
-def sweep(jobs: DesignJobs, engine: JobEngine, slots: Slots) -> None:
-    """Continue what dead workers of this host left behind, and fail what nobody will ever continue."""
-    for slot in slots.abandoned():
-        engine.take_over(slot.executor)
-        slot.release()
+def sweep(jobs: DesignJobs, engine: JobEngine, lease: Lease, watch: Watch) -> None:
+    """Continue what dead workers left behind, and fail what nobody will ever continue."""
+    at_work = engine.at_work()  # before the look at who lives: whoever begins something has a lease by then
+    lease.steps = at_work.get(lease.id, 0)
+    living = watch.living()
+    if lease.id not in living:
+        lease.lose()
+        return
+    for executor in at_work.keys() - living:
+        engine.take_over(executor)
     for design_id, attempt in jobs.running():
         if engine.state(design_id, attempt) != "active":
             error = StepFailure("its worker was replaced by another version while it ran: retry continues from what is stored")

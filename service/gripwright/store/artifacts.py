@@ -2,41 +2,59 @@
 
 import hashlib
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from gripwright.domain.errors import NotFound
-from gripwright.store.files import write_atomically
+from gripwright.store.files import Files, LocalFiles
 
 _SHA256 = re.compile(r"[0-9a-f]{64}")
 
 
 class ArtifactStore:
-    """A folder of files named by the sha-256 of their content. Safe for any number of processes."""
+    """Files named by the sha-256 of their content, in a folder or another place. Safe for any number of processes."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, place: Path | Files) -> None:
+        self.files = LocalFiles(place) if isinstance(place, Path) else place
 
     def put(self, data: bytes) -> str:
-        """Store the bytes; their sha-256 in hex."""
+        """Store the bytes; their sha-256 in hex. What is there already counts as used now, so that no sweep takes it away."""
         sha256 = hashlib.sha256(data).hexdigest()
-        path = self._place(sha256)
-        if not path.exists():
-            write_atomically(path, data)
+        self.files.refresh(artifact_name(sha256), data)
         return sha256
 
     def has(self, sha256: str) -> bool:
         """Whether it is stored."""
-        return _SHA256.fullmatch(sha256) is not None and self._place(sha256).is_file()
+        return _SHA256.fullmatch(sha256) is not None and self.files.state(artifact_name(sha256)) is not None
 
-    def path(self, sha256: str) -> Path:
-        """Where the file is, or `NotFound`."""
-        if not self.has(sha256):
-            raise NotFound("no such file is stored", sha256=sha256)
-        return self._place(sha256)
+    def size(self, sha256: str) -> int:
+        """How many bytes it has, or `NotFound`."""
+        state = self.files.state(self._checked_name(sha256))
+        if state is None:
+            raise _absent(sha256)
+        return state.size
 
     def get(self, sha256: str) -> bytes:
         """The bytes, or `NotFound`."""
-        return self.path(sha256).read_bytes()
+        data = self.files.read(self._checked_name(sha256))
+        if data is None:
+            raise _absent(sha256)
+        return data
 
-    def _place(self, sha256: str) -> Path:
-        return self._folder / sha256[:2] / sha256
+    def parts(self, sha256: str, start: int, stop: int) -> Iterator[bytes]:
+        """The bytes from `start` up to `stop` of a file that is there, piece by piece."""
+        return self.files.parts(artifact_name(sha256), start, stop)
+
+    def _checked_name(self, sha256: str) -> str:
+        if _SHA256.fullmatch(sha256) is None:
+            raise _absent(sha256)
+        return artifact_name(sha256)
+
+
+def artifact_name(sha256: str) -> str:
+    """Where an artifact is, within the place for all of them."""
+    return f"{sha256[:2]}/{sha256}"
+
+
+def _absent(sha256: str) -> NotFound:
+    return NotFound("no such file is stored", sha256=sha256)

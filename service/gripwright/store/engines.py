@@ -1,6 +1,7 @@
 """Database engines. SQLite: WAL, writers take the lock at once (`BEGIN IMMEDIATE`), readers have an engine of their own."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from sqlalchemy import Connection, Engine, create_engine, event
@@ -9,6 +10,19 @@ from sqlalchemy.orm import Session, sessionmaker
 
 BUSY_TIMEOUT_S = 30.0
 _CONNECTIONS = 40  # one for each thread that serves requests
+
+NETWORK: Mapping[str, Any] = MappingProxyType(
+    {
+        "connect_timeout": 10,
+        "keepalives_idle": 10,
+        "keepalives_interval": 5,
+        "keepalives_count": 3,
+        "tcp_user_timeout": 30_000,  # ms
+        "options": "-c tcp_keepalives_idle=10 -c tcp_keepalives_interval=5 -c tcp_keepalives_count=3"
+        " -c idle_in_transaction_session_timeout=60000",
+    }
+)
+"""How PostgreSQL's connections end when a host is cut off, on both sides: the server's hold locks that others wait for."""
 
 
 class Database:
@@ -29,7 +43,7 @@ class Database:
 
 def _engine(url: str, *, begin: str) -> Engine:
     if make_url(url).get_backend_name() != "sqlite":
-        return create_engine(url, pool_pre_ping=True, max_overflow=_CONNECTIONS)
+        return create_engine(url, connect_args=dict(NETWORK), pool_pre_ping=True, max_overflow=_CONNECTIONS)
     engine = create_engine(url, connect_args={"timeout": BUSY_TIMEOUT_S}, pool_size=_CONNECTIONS)  # all stay open: they are files
     event.listen(engine, "connect", _configure_sqlite)
     event.listen(engine, "begin", _begin_with(begin))

@@ -16,6 +16,7 @@ from gripwright.store.engines import Database
 from gripwright.store.events import queue_webhooks, record_event
 from gripwright.store.media_types import media_type_of
 from gripwright.store.models import DesignFileRow, DesignRow, JobRow
+from gripwright.store.storage import open_artifacts
 
 DOCUMENT = "design.json"
 
@@ -113,7 +114,7 @@ class StoredDesignJobs:
         queue_webhooks(session, job.design, event, now)
 
     def _file_row(self, design_id: str, path: str, sha256: str) -> DesignFileRow:
-        size = self._artifacts.path(sha256).stat().st_size
+        size = self._artifacts.size(sha256)
         return DesignFileRow(design_id=design_id, path=path, sha256=sha256, size=size, media_type=media_type_of(path))
 
     def _pairs(self, query: Any) -> list[tuple[str, int]]:
@@ -131,4 +132,4 @@ class StoredDesignJobs:
 
 def open_design_jobs(settings: Settings) -> StoredDesignJobs:
     """The queue of the database that the settings name."""
-    return StoredDesignJobs(Database(settings.resolved_database_url), ArtifactStore(settings.data_dir / "artifacts"))
+    return StoredDesignJobs(Database(settings.resolved_database_url), open_artifacts(settings.resolved_storage_url))

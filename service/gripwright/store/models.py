@@ -250,3 +250,18 @@ class AuditRow(Base):
     status: Mapped[int]
     resource_id: Mapped[str] = mapped_column(String(300))  # "" where there is none
     request_id: Mapped[str] = mapped_column(String(64))
+
+
+class WorkerRow(Base):
+    """A worker process, from its start until it ends or another one takes its work over."""
+
+    __tablename__ = "worker"
+
+    id: Mapped[str] = mapped_column(_ID, primary_key=True)  # the executor's id in the job engine; never used again
+    host: Mapped[str] = mapped_column(String(255))
+    process: Mapped[str] = mapped_column(String(200))  # as `jobs.hosts.ProcessName` spells it
+    pid: Mapped[int]
+    version: Mapped[str] = mapped_column(String(50))
+    steps: Mapped[int]  # that it runs
+    started_at: Mapped[datetime]  # by the database's clock, as the next
+    heartbeat_at: Mapped[datetime]
