@@ -59,3 +59,11 @@ def installed_plugins(service: Service) -> RegistryDescription:
 
 Plugins = Annotated[RegistryDescription, Depends(installed_plugins)]
 Now = Annotated[datetime, Depends(utc_now)]
+
+
+def asking_actor(request: Request) -> str:
+    """Who asks, as in the audit trail."""
+    return cast(str, request.state.actor)
+
+
+Actor = Annotated[str, Depends(asking_actor)]
