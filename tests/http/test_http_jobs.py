@@ -1,5 +1,6 @@
 import threading
 import time
+from datetime import datetime
 
 import pytest
 
@@ -39,9 +40,36 @@ def test_a_running_job_is_asked_to_stop(client, design_id, jobs, problem):
     answer = client.post(f"/api/v1/jobs/{design_id}/cancel")
 
     assert (answer.json()["status"], answer.json()["cancel_requested"]) == ("running", True)
-    assert jobs.cancel_requested(design_id)
+    assert jobs.stop_reason(design_id, 1) == "cancelled"
     jobs.cancelled(design_id, 1)
     assert client.get(f"/api/v1/jobs/{design_id}").json()["status"] == "cancelled"
+
+
+def test_a_job_that_waits_takes_another_priority_and_one_that_runs_does_not(client, product_id, jobs, problem):
+    made = client.post(f"/api/v1/products/{product_id}/designs", json={"priority": 2}).json()
+    assert client.get(made["job"]).json()["priority"] == 2
+
+    changed = client.patch(made["job"], json={"priority": 9}, headers={"Content-Type": "application/merge-patch+json"})
+
+    assert (changed.status_code, changed.json()["priority"]) == (200, 9)
+    for body in ({"priority": 10}, {"priority": -1}, {"priority": "high"}, {"status": "succeeded"}, {}):
+        problem(client.patch(made["job"], json=body), 422)
+    jobs.start(made["id"], 1)
+    problem(client.patch(made["job"], json={"priority": 1}), 409, "conflict")
+
+
+def test_a_design_has_the_deadline_that_was_asked_for_and_a_retry_a_new_one(client, product_id, jobs):
+    made = client.post(f"/api/v1/products/{product_id}/designs", json={"deadline_s": 60}).json()
+    before = client.get(made["job"]).json()
+    client.post(made["job"] + "/cancel")
+    after = client.post(made["job"] + "/retry").json()
+
+    seconds = [
+        (datetime.fromisoformat(job["deadline_at"]) - datetime.fromisoformat(job["created_at"])).total_seconds()
+        for job in (before, after)
+    ]
+    assert seconds[0] == pytest.approx(60.0, abs=0.01)
+    assert 60.0 < seconds[1] < 65.0
 
 
 def test_a_finished_job_is_neither_cancelled_nor_retried(client, design_id, finish, problem):
@@ -52,9 +80,13 @@ def test_a_finished_job_is_neither_cancelled_nor_retried(client, design_id, fini
     assert client.get(f"/api/v1/jobs/{design_id}").json()["outcome"] == "complete"
 
 
-@pytest.mark.parametrize(("method", "path"), [("GET", ""), ("POST", "/cancel"), ("POST", "/retry"), ("GET", "/events")])
+@pytest.mark.parametrize(
+    ("method", "path"), [("GET", ""), ("PATCH", ""), ("POST", "/cancel"), ("POST", "/retry"), ("GET", "/events")]
+)
 def test_an_unknown_job_is_not_found(client, problem, method, path):
-    problem(client.request(method, f"/api/v1/jobs/none{path}"), 404, "not-found")
+    problem(
+        client.request(method, f"/api/v1/jobs/none{path}", json={"priority": 1} if method == "PATCH" else None), 404, "not-found"
+    )
 
 
 def test_events_tell_the_whole_story_and_end_with_the_job(client, design_id, jobs, finish):

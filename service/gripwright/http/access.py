@@ -51,6 +51,7 @@ class Access:
         except OperationalError as error:
             await database_problem(request, error)(scope, receive, audited)
         else:
+            request.state.actor = principal.actor
             await self._app(scope, receive, audited)
 
     def _check_origin(self, headers: Headers) -> None:

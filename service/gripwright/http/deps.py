@@ -69,3 +69,11 @@ async def this_moment() -> datetime:
 
 
 Now = Annotated[datetime, Depends(this_moment)]
+
+
+async def asking_actor(request: Request) -> str:
+    """Who asks, as in the audit trail."""
+    return cast(str, request.state.actor)
+
+
+Actor = Annotated[str, Depends(asking_actor)]

@@ -6,6 +6,7 @@ session of its own (its own children die with it), a memory limit, and dies with
 
 import contextlib
 import ctypes
+import errno
 import json
 import logging
 import multiprocessing
@@ -13,6 +14,7 @@ import os
 import resource
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -34,6 +36,8 @@ log = logging.getLogger(__name__)
 _POLL_S = 0.1
 _END_S = 2.0
 _PR_SET_PDEATHSIG = 1
+_FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM)  # of the kernel that needs memory, or of whoever looks after the machine
+_SHORTAGES = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EMFILE, errno.ENFILE, errno.EAGAIN, errno.ENOMEM)
 # Children share the cores among themselves; threads of the linear algebra inside each would only get in each other's way.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 _FORKED = multiprocessing.get_context("forkserver")
@@ -53,8 +57,16 @@ class ChildFailure(Exception):
     """The child brought no result: how it ended."""
 
 
-class ChildTimeout(ChildFailure):
+class ChildBroke(ChildFailure):
+    """The child crashed, or took more memory or time than it may: it would again."""
+
+
+class ChildTimeout(ChildBroke):
     """The child was ended at its deadline."""
+
+
+class ChildLost(ChildFailure):
+    """The child was killed, could not be started, or found a disk full: another one may be luckier."""
 
 
 class Refused(GripwrightError):
@@ -63,6 +75,11 @@ class Refused(GripwrightError):
     def __init__(self, code: str, detail: str, faults: tuple[Fault, ...], **context: object) -> None:
         super().__init__(detail, faults=faults, **context)
         self.code = code  # type: ignore[misc]  # a ClassVar elsewhere: here each instance repeats another error's
+
+
+def is_shortage(error: OSError) -> bool:
+    """Whether the machine, not the work, is the reason: a full disk, too many open files."""
+    return error.errno in _SHORTAGES
 
 
 def preload() -> None:
@@ -88,15 +105,45 @@ def run_in_child(
     process = context.Process(target=_main, args=(work, argument, limits, sender), daemon=True)
     deadline = time.monotonic() + limits.timeout_s
     try:
-        process.start()
+        if fresh:
+            process.start()  # in this thread: the child dies with the thread that started it
+        else:
+            _start(process, cancelled)
     except (EOFError, OSError) as error:
-        raise ChildFailure(f"no process could be started: {error}") from error
-    sender.close()
+        raise ChildLost(f"could not be started: {error}") from error
+    finally:
+        sender.close()
     try:
         return _receive(process, receiver, deadline, limits, on_progress, cancelled)
     finally:
         _kill(process)
         receiver.close()
+
+
+def _start(process: BaseProcess, cancelled: Callable[[], bool]) -> None:
+    """Start a child of the prepared server, which may still be importing: nobody waits for that in vain."""
+    failures: list[Exception] = []
+    is_unwanted = threading.Event()
+
+    def start() -> None:
+        try:
+            process.start()
+        except (EOFError, OSError) as error:
+            failures.append(error)
+        if is_unwanted.is_set():
+            _kill(process)
+
+    thread = threading.Thread(target=start, name="start of a child", daemon=True)
+    thread.start()
+    thread.join(_POLL_S)
+    while thread.is_alive():
+        if cancelled():
+            is_unwanted.set()
+            _kill(process)
+            raise Cancelled("the caller asked to stop")
+        thread.join(_POLL_S)
+    for failure in failures:
+        raise failure
 
 
 def _receive(
@@ -112,7 +159,7 @@ def _receive(
             try:
                 kind, body = json.loads(receiver.recv_bytes())
             except (EOFError, OSError):
-                raise ChildFailure(_ending(process, limits)) from None
+                raise _ending(process, limits) from None
             match kind:
                 case "progress":
                     on_progress(*body)
@@ -124,21 +171,28 @@ def _receive(
                     raise Refused(body["code"], body["detail"], faults, **body["context"])
                 case "defect":
                     raise ChildFailure(body)
+                case "broke":
+                    raise ChildBroke(body)
+                case "lost":
+                    raise ChildLost(body)
         if cancelled():
             raise Cancelled("the caller asked to stop")
         if time.monotonic() > deadline:
             raise ChildTimeout(f"took more than {limits.timeout_s:g} s")
 
 
-def _ending(process: BaseProcess, limits: Limits) -> str:
+def _ending(process: BaseProcess, limits: Limits) -> ChildFailure:
     """How a process without a result ended."""
     process.join(timeout=5.0)
     code = process.exitcode
-    if code is not None and code < 0:
-        name = signal.Signals(-code).name
-        hint = f", most likely out of memory (the limit is {limits.memory_mb} MB)" if -code == signal.SIGKILL else ""
-        return f"crashed with {name}{hint}"
-    return f"ended with code {code} and no result"
+    if code is None or code >= 0:
+        return ChildBroke(f"ended with code {code} and no result")
+    name = signal.Signals(-code).name
+    if -code in _FROM_OUTSIDE:
+        return ChildLost(
+            f"was ended with {name}, most likely since the machine is out of memory (its limit is {limits.memory_mb} MB)"
+        )
+    return ChildBroke(f"crashed with {name}")
 
 
 def _kill(process: BaseProcess) -> None:
@@ -162,11 +216,14 @@ def _main(work: Work, argument: Any, limits: Limits, sender: Connection) -> None
     try:
         send("result", work(argument, lambda fraction, message: send("progress", [fraction, message])))
     except MemoryError:
-        send("defect", f"needs more than {limits.memory_mb} MB of memory")
+        send("broke", f"needs more than {limits.memory_mb} MB of memory")
     except GripwrightError as error:
         faults = [[fault.pointer, fault.message] for fault in error.faults]
         context = {name: value if isinstance(value, int | float | str) else repr(value) for name, value in error.context.items()}
         send("refused", {"code": error.code, "detail": error.detail, "faults": faults, "context": context})
+    except OSError as error:
+        log.exception("work in a child process failed")
+        send("lost" if is_shortage(error) else "defect", f"raised {type(error).__name__}: {error}")
     except Exception as error:
         log.exception("work in a child process failed")
         send("defect", f"raised {type(error).__name__}: {error}")

@@ -1,10 +1,11 @@
 """The job engine on DBOS Transact; the only file that knows it.
 
-A design is a workflow of the queue `design`; each of its steps is a workflow of the queue `cpu` (one limited queue for both would
-deadlock). What DBOS records is small JSON: results of steps are in the step store. A workflow that a killed process left
-behind is run again by its successor: calls that DBOS recorded are not made again, steps that are stored are not computed again.
+A design is a workflow of the worker that took it; each of its steps is a workflow of the queue `cpu`, wherever a worker is free.
+What DBOS records is small JSON: results of steps are in the step store. A workflow that a killed process left behind is run again
+by its successor: calls that DBOS recorded are not made again, steps that are stored are not computed again.
 """
 
+import logging
 import sqlite3
 import time
 from collections import Counter
@@ -12,24 +13,26 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dbos import DBOS, DBOSConfig, SetWorkflowID, WorkflowSerializationFormat, WorkflowStatusString
+from dbos import DBOS, DBOSConfig, SetEnqueueOptions, SetWorkflowID, WorkflowSerializationFormat, WorkflowStatusString
 
 import gripwright
 from gripwright.design.plan import Plan
 from gripwright.design.runner import Ref
 from gripwright.design.toolbox import PluginVersion
-from gripwright.domain.errors import Cancelled, Fault, GripwrightError
-from gripwright.jobs.child import Refused
-from gripwright.jobs.engine import JobState, StepFailure, problem_of
+from gripwright.domain.errors import Cancelled, GripwrightError
+from gripwright.jobs.engine import JobState, PassingFailure, Quarantined, StepBroke, StepFailure
+from gripwright.jobs.outcomes import Told, error_of, outcome, told, value_of
 from gripwright.jobs.progress import Throttle, design_fraction
 from gripwright.jobs.steps import StepCall, load_stages, run_step, step_call
-from gripwright.jobs.workflow import DesignOffice, run_design
-from gripwright.store.engines import NETWORK
+from gripwright.jobs.stopping import StopSign
+from gripwright.jobs.workflow import DesignOffice, persistently, run_design
+from gripwright.store.designs import PRIORITY_MAX
+from gripwright.store.engines import NETWORK, PASSING_ERRORS
 
-DESIGN_QUEUE, CPU_QUEUE = "design", "cpu"
+log = logging.getLogger(__name__)
+
+CPU_QUEUE = "cpu"
 _POLL_S = 0.1
-_CANCEL_POLL_S = 0.25
-_DESIGNS_A_WORKER = 4  # a design's own workflow only waits; its steps do the work
 _STEP_RECOVERIES = 3  # a step that takes its whole worker down so often is given up
 _QUEUED, _BEGUN = WorkflowStatusString.ENQUEUED.value, WorkflowStatusString.PENDING.value
 _ACTIVE = (_QUEUED, _BEGUN, WorkflowStatusString.DELAYED.value)
@@ -40,7 +43,7 @@ class DbosEngine:
 
     def __init__(self, office: DesignOffice, *, database_url: str, executor: str, steps_at_a_time: int = 1) -> None:
         self._office, self._steps_at_a_time = office, steps_at_a_time
-        self._database_url = database_url
+        self._database_url, self._executor = database_url, executor
         config = DBOSConfig(
             name="gripwright",
             system_database_url=database_url,
@@ -56,13 +59,12 @@ class DbosEngine:
         """Begin to work."""
         _use_wal(self._database_url)
         DBOS.launch()
-        DBOS.register_queue(DESIGN_QUEUE, worker_concurrency=_DESIGNS_A_WORKER, polling_interval_sec=_POLL_S)
         DBOS.register_queue(CPU_QUEUE, worker_concurrency=self._steps_at_a_time, polling_interval_sec=_POLL_S)
 
     def submit(self, design_id: str, attempt: int) -> None:
-        """Run one attempt of a design; to submit it again changes nothing."""
+        """Run one attempt of a design in this process; to submit it again, anywhere, changes nothing."""
         with SetWorkflowID(workflow_id(design_id, attempt)):
-            DBOS.enqueue_workflow(DESIGN_QUEUE, self._run_design, design_id, attempt)
+            DBOS.start_workflow(self._run_design, design_id, attempt)
 
     def state(self, design_id: str, attempt: int) -> JobState:
         """Whether the engine still works on it."""
@@ -88,47 +90,78 @@ class DbosEngine:
         """Take no more work; what runs is left to whoever starts next."""
         DBOS.destroy(workflow_completion_timeout_sec=0)
 
-    def _workflows(self) -> tuple[Callable[[str, int], None], Callable[..., dict[str, Any] | None]]:
+    def _workflows(self) -> tuple[Callable[[str, int], None], Callable[..., Told | None]]:
         @DBOS.workflow(
             name="step", max_recovery_attempts=_STEP_RECOVERIES, serialization_type=WorkflowSerializationFormat.PORTABLE
         )
-        def step(design_id: str, attempt: int, call: StepCall, place: list[int]) -> dict[str, Any] | None:
+        def step(design_id: str, attempt: int, call: StepCall, place: list[int]) -> Told | None:
             return self._compute(design_id, attempt, call, place)
 
         @DBOS.workflow(name="design", serialization_type=WorkflowSerializationFormat.PORTABLE)
         def design(design_id: str, attempt: int) -> None:
+            stop = StopSign(self._office.jobs, design_id, attempt)
             run_design(
                 self._office,
                 design_id,
                 attempt,
-                resolve=lambda: _recorded("resolve", lambda: self._office.resolve(design_id)),
+                worker=self._executor,
+                resolve=lambda: _recorded("resolve", lambda: self._resolve(design_id, stop)),
                 runner=lambda plan, versions: _DurableRunner(self._office, design_id, attempt, plan, versions, step),
             )
 
         return design, step
 
-    def _compute(self, design_id: str, attempt: int, call: StepCall, place: list[int]) -> dict[str, Any] | None:
+    def _resolve(self, design_id: str, stop: StopSign) -> dict[str, Any]:
+        try:
+            return self._office.resolve(design_id, stop)
+        except Cancelled:
+            raise stop.error() from None
+
+    def _compute(self, design_id: str, attempt: int, call: StepCall, place: list[int]) -> Told | None:
         """Run a step; None, or the problem it ended with."""
         jobs, (index, total) = self._office.jobs, place
         stages = list(load_stages(self._office.workshop.stages_at))
         report = Throttle(lambda fraction, stage, message: jobs.record_progress(design_id, attempt, fraction, stage, message))
-        cancelled = _Cancellation(self._office, design_id)
+        stop = StopSign(jobs, design_id, attempt)
 
         def asked_to_stop() -> bool:
-            report.flush()
-            return cancelled()
+            _unless_away(report.flush)
+            return stop()
 
         def advance(fraction: float, message: str) -> None:
-            report(design_fraction(stages, call["stage"], index + fraction, total), call["stage"], message)
+            fraction = design_fraction(stages, call["stage"], index + fraction, total)
+            _unless_away(lambda: report(fraction, call["stage"], message))
 
         advance(0.0, "")
         try:
-            if cancelled():
-                raise Cancelled("the caller asked to stop")
+            stop.check()
+            self._refuse_quarantined(call)
             run_step(self._office.workshop, call, on_progress=advance, cancelled=asked_to_stop)
+        except Cancelled:
+            return told(stop.error())
+        except StepBroke as error:
+            detail, plugin = error.detail, _text(error.context.get("plugin"))
+            persistently(lambda: jobs.quarantine(call["key"], stage=call["stage"], plugin=plugin, detail=detail))
+            return {**told(error), "step": call["key"]}
         except GripwrightError as error:
-            return problem_of(error)
+            return {**told(error), "step": call["key"]}
+        except PASSING_ERRORS as error:
+            log.warning("the step %s: %s", call["stage"], error)
+            detail = f"the database or the disk failed in the step {call['stage']!r}: {type(error).__name__}"
+            return told(PassingFailure(detail, stage=call["stage"]))
         return None
+
+    def _refuse_quarantined(self, call: StepCall) -> None:
+        """Quarantined where the step broke before and nobody has asked for it again; its result may be stored all the same."""
+        known = persistently(lambda: self._office.jobs.quarantined(call["key"]))
+        if known is None or self._office.workshop.steps.has(call["key"]):
+            return
+        often = "once" if known.times == 1 else f"{known.times} times"
+        raise Quarantined(
+            f"{known.detail}, {often} by now, and is not tried again: retry the job to try it",
+            stage=call["stage"],
+            plugin=known.plugin,
+        )
 
 
 class _DurableRunner:
@@ -141,11 +174,12 @@ class _DurableRunner:
         attempt: int,
         plan: Plan,
         versions: Mapping[str, PluginVersion],
-        step: Callable[..., dict[str, Any] | None],
+        step: Callable[..., Told | None],
     ) -> None:
         self._office, self._design_id, self._attempt = office, design_id, attempt
         self._plan, self._versions, self._step = plan, versions, step
         self._stages = load_stages(office.workshop.stages_at)
+        self._rank = 1 + PRIORITY_MAX - office.jobs.snapshot(design_id).priority  # 1 is first
 
     def put(self, value: Any) -> Ref:
         """Store an input by its content."""
@@ -161,52 +195,50 @@ class _DurableRunner:
         distinct = {step["key"]: step for step in steps}
         # Recorded, so that a design that is run again after a crash makes the same calls, though more is stored by then.
         missing = _recorded("missing", lambda: [key for key in distinct if not self._office.workshop.steps.has(key)])
-        children = [
-            self._enqueue(distinct[key], index + len(distinct) - len(missing), len(distinct)) for index, key in enumerate(missing)
-        ]
+        children = {
+            self._enqueue(distinct[key], index + len(distinct) - len(missing), len(distinct)): distinct[key]
+            for index, key in enumerate(missing)
+        }
         if children:
             problem = _recorded("await", lambda: self._await(children))
             if problem is not None:
-                raise _error_of(problem)
+                raise error_of(problem)
         return [step["key"] for step in steps]
 
     def _enqueue(self, call: StepCall, index: int, total: int) -> str:
         child = f"{workflow_id(self._design_id, self._attempt)}.{call['stage']}.{call['key'][:32]}"
-        with SetWorkflowID(child):
+        with SetWorkflowID(child), SetEnqueueOptions(priority=self._rank):
             DBOS.enqueue_workflow(CPU_QUEUE, self._step, self._design_id, self._attempt, call, [index, total])
         return child
 
-    def _await(self, children: list[str]) -> dict[str, Any] | None:
-        """Wait until all have ended; the problem of the first that failed or of the cancellation, which drops those that wait."""
-        cancelled, waiting = _Cancellation(self._office, self._design_id), set(children)
+    def _await(self, children: Mapping[str, StepCall]) -> Told | None:
+        """Wait until all have ended; the problem of the first that failed, or why to stop, which drops those that wait."""
+        stop, waiting = StopSign(self._office.jobs, self._design_id, self._attempt), set(children)
         while waiting:
             time.sleep(_POLL_S)
             statuses = DBOS.list_workflows(workflow_ids=sorted(waiting), load_input=False)
             ended = [status for status in statuses if status.status not in _ACTIVE]
             waiting -= {status.workflow_id for status in ended}
-            problems = [_problem_of(status) for status in ended]
-            if cancelled():
-                problems.insert(0, problem_of(Cancelled("the caller asked to stop")))
+            problems = [self._problem_of(status, children[status.workflow_id]) for status in ended]
+            if stop():
+                problems.insert(0, told(stop.error()))
             problem = next(filter(None, problems), None)
             if problem is not None:
                 DBOS.cancel_workflows([status.workflow_id for status in statuses if status.status == _QUEUED])
                 return problem
         return None
 
-
-class _Cancellation:
-    """Whether somebody asked to stop a design, asked of the database four times a second at most."""
-
-    def __init__(self, office: DesignOffice, design_id: str) -> None:
-        self._office, self._design_id = office, design_id
-        self._next_s = 0.0
-        self._asked = False
-
-    def __call__(self) -> bool:
-        if not self._asked and time.monotonic() >= self._next_s:
-            self._next_s = time.monotonic() + _CANCEL_POLL_S
-            self._asked = self._office.jobs.cancel_requested(self._design_id)
-        return self._asked
+    def _problem_of(self, status: Any, call: StepCall) -> Told | None:
+        """What a step's workflow ended with; DBOS itself gives one up whose worker died too often."""
+        if status.status == WorkflowStatusString.SUCCESS.value:
+            problem: Told | None = status.output
+            return problem
+        stage, key = call["stage"], call["key"]
+        if status.status != WorkflowStatusString.MAX_RECOVERY_ATTEMPTS_EXCEEDED.value:
+            return told(PassingFailure(f"the step {stage!r} ended as {status.status}", stage=stage, step=key))
+        detail = f"the step {stage!r} was given up: its worker ended {_STEP_RECOVERIES + 1} times in it"
+        persistently(lambda: self._office.jobs.quarantine(key, stage=stage, plugin=None, detail=detail))
+        return told(StepFailure(detail, stage=stage, step=key))
 
 
 def workflow_id(design_id: str, attempt: int) -> str:
@@ -216,35 +248,19 @@ def workflow_id(design_id: str, attempt: int) -> str:
 
 def _recorded(name: str, function: Callable[[], Any]) -> Any:
     """What `function` returned the first time this place of the workflow was reached; a GripwrightError included."""
-
-    def outcome() -> dict[str, Any]:
-        try:
-            return {"value": function()}
-        except GripwrightError as error:
-            return {"problem": problem_of(error)}
-
-    recorded = DBOS.run_step({"name": name}, outcome)
-    if "problem" in recorded:
-        raise _error_of(recorded["problem"])
-    return recorded["value"]
+    return value_of(DBOS.run_step({"name": name}, lambda: outcome(function)))
 
 
-def _problem_of(status: Any) -> dict[str, Any] | None:
-    """What a step's workflow ended with; DBOS itself gives one up whose worker died too often."""
-    if status.status == WorkflowStatusString.SUCCESS.value:
-        problem: dict[str, Any] | None = status.output
-        return problem
-    stage = status.workflow_id.split(".")[2]
-    return problem_of(
-        StepFailure(f"the step {stage!r} was given up: its worker ended {_STEP_RECOVERIES + 1} times in it", stage=stage)
-    )
+def _unless_away(record: Callable[[], None]) -> None:
+    """Record progress where the database takes it: a step must not end because it does not."""
+    try:
+        record()
+    except PASSING_ERRORS as error:
+        log.warning("progress is not recorded: %s", error)
 
 
-def _error_of(problem: Mapping[str, Any]) -> GripwrightError:
-    if problem["code"] == Cancelled.code:
-        return Cancelled(problem["detail"])
-    faults = tuple(Fault(**fault) for fault in problem["errors"])
-    return Refused(problem["code"], problem["detail"], faults, stage=problem["stage"], plugin=problem["plugin"])
+def _text(value: object) -> str | None:
+    return None if value is None else str(value)
 
 
 def _engine_options(database_url: str) -> dict[str, Any]:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 from gripwright.domain.errors import GripwrightError
 
 if TYPE_CHECKING:
-    from gripwright.store.jobs import DesignSnapshot
+    from gripwright.store.claims import DesignLimits
+    from gripwright.store.jobs import DesignSnapshot, Quarantine, StopReason
 
 OnProgress = Callable[[float, str, str], None]
 """Takes the fraction of the design that is done (0..1), the stage, and a message."""
@@ -20,25 +21,49 @@ class StepFailure(GripwrightError):
     code: ClassVar[str] = "step-failure"
 
 
+class StepBroke(StepFailure):
+    """A step broke its process in a way that does not heal: it crashed, hung, or took more memory than it may."""
+
+
+class PassingFailure(StepFailure):
+    """A failure that may heal by itself, such as a full disk: worth another try, a while later."""
+
+
+class Quarantined(GripwrightError):
+    """A step that broke its process before, with the same inputs, was not tried again."""
+
+    code: ClassVar[str] = "quarantined"
+
+
+class DeadlineExceeded(GripwrightError):
+    """A design was not done by its deadline."""
+
+    code: ClassVar[str] = "deadline-exceeded"
+
+
 class DesignJobs(Protocol):
     """The designs that wait, run and end, in the database. Every method is a transaction of its own, safe from any thread.
 
     A design waits in the database itself: its row is the entry of the queue. Attempts count from 1; a retry adds one.
     """
 
-    def undispatched(self, limit: int) -> Sequence[tuple[str, int]]:
-        """(design, attempt) that were queued and not yet given to the engine, the oldest first."""
+    def claim(self, worker: str, limits: "DesignLimits") -> Sequence[tuple[str, int]]:
+        """(design, attempt) that this worker runs next: the most urgent first, as many as the limits allow."""
         ...
 
-    def mark_dispatched(self, design_id: str, attempt: int) -> None:
-        """The engine has it."""
+    def claimed(self) -> Sequence[tuple[str, int]]:
+        """(design, attempt) that a worker has taken and not yet started."""
+        ...
+
+    def overdue(self) -> Sequence[tuple[str, int]]:
+        """(design, attempt) that wait or run and whose deadline is over."""
         ...
 
     def running(self) -> Sequence[tuple[str, int]]:
         """(design, attempt) that started and have not ended."""
         ...
 
-    def start(self, design_id: str, attempt: int) -> bool:
+    def start(self, design_id: str, attempt: int, worker: str) -> bool:
         """Whether this attempt may run: it is queued (and is running from now on) or runs already."""
         ...
 
@@ -50,16 +75,28 @@ class DesignJobs(Protocol):
         """How far it is. A fraction lower than the recorded one is not recorded."""
         ...
 
-    def cancel_requested(self, design_id: str) -> bool:
-        """Whether somebody asked to stop it."""
+    def stop_reason(self, design_id: str, attempt: int) -> "StopReason | None":
+        """Why this attempt must not go on, if it must not."""
         ...
 
     def finish(self, design_id: str, attempt: int, status: str, document: Mapping[str, Any], files: Mapping[str, str]) -> None:
         """It ended with a design, `complete` or `incomplete`; `files` are the design folder's paths and their sha-256."""
         ...
 
-    def fail(self, design_id: str, attempt: int, problem: Mapping[str, Any]) -> None:
-        """It ended with a problem."""
+    def fail(self, design_id: str, attempt: int, problem: Mapping[str, Any], *, step: str | None = None) -> None:
+        """It ended with a problem, in the step of that key where it is known."""
+        ...
+
+    def put_back(self, design_id: str, attempt: int, problem: Mapping[str, Any], *, step: str | None = None) -> None:
+        """Its problem may heal: it waits for a further attempt, or has failed where it had too many."""
+        ...
+
+    def quarantined(self, key: str) -> "Quarantine | None":
+        """Why the step of that key is not to be tried, if it is not."""
+        ...
+
+    def quarantine(self, key: str, *, stage: str, plugin: str | None, detail: str) -> None:
+        """The step of that key is not to be tried again before a caller asks for it."""
         ...
 
     def cancelled(self, design_id: str, attempt: int) -> None:
@@ -75,7 +112,7 @@ class JobEngine(Protocol):
         ...
 
     def submit(self, design_id: str, attempt: int) -> None:
-        """Run one attempt of a design; to submit it again changes nothing."""
+        """Run one attempt of a design in this process; to submit it again, anywhere, changes nothing."""
         ...
 
     def state(self, design_id: str, attempt: int) -> JobState:

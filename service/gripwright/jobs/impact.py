@@ -14,7 +14,7 @@ from gripwright.domain.errors import Conflict, Fault, InvalidInput
 from gripwright.jobs.requests import request_design
 from gripwright.registry.description import RegistryDescription
 from gripwright.store.artifacts import ArtifactStore
-from gripwright.store.designs import DesignRepository
+from gripwright.store.designs import USUAL_TERMS, DesignRepository, JobTerms
 from gripwright.store.jobs import DOCUMENT
 from gripwright.store.models import DesignRow
 from gripwright.store.products import ProductRepository
@@ -36,6 +36,7 @@ def study_impact(
     product_id: str,
     revision_id: str,
     now: datetime,
+    terms: JobTerms = USUAL_TERMS,
 ) -> ImpactStudy:
     """The comparison, or the queued design of the revision that it needs. What was asked before is not designed again."""
     designs, products = DesignRepository(session), ProductRepository(session)
@@ -51,7 +52,7 @@ def study_impact(
     options = {**earlier.options, "owned": _at_hand(before, earlier.options)}
     design = designs.find_like(revision.id, revision.task_sha256, options)
     if design is None:
-        design = request_design(session, artifacts, description, revision.id, options, now)
+        design = request_design(session, artifacts, description, revision.id, options, now, terms)
     if design.job.status in ("failed", "cancelled"):
         raise Conflict(f"the design of the revision has {design.job.status}: retry its job, then ask again", job_id=design.id)
     impact = None if design.outcome is None else change_impact(before, _document(designs, artifacts, design))

@@ -14,7 +14,7 @@ from gripwright.registry.description import RegistryDescription, check_options
 from gripwright.store.actuators import ActuatorRepository, actuator_of
 from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.columns import new_id
-from gripwright.store.designs import DesignRepository
+from gripwright.store.designs import USUAL_TERMS, DesignRepository, JobTerms
 from gripwright.store.idempotency import IdempotencyRepository
 from gripwright.store.models import DesignRow, ProductRow
 from gripwright.store.products import ProductRepository
@@ -27,6 +27,7 @@ def request_design(
     product_id: str,
     options: Mapping[str, Any],
     now: datetime,
+    terms: JobTerms = USUAL_TERMS,
 ) -> DesignRow:
     """Queue a design of a product. The options are checked against what is installed and against the catalogue."""
     product = ProductRepository(session).get(product_id)
@@ -47,7 +48,7 @@ def request_design(
         outcome=None,
         created_at=now,
     )
-    DesignRepository(session).add(design, now)
+    DesignRepository(session).add(design, now, terms)
     return design
 
 
@@ -58,6 +59,7 @@ def request_design_once(
     product_id: str,
     options: Mapping[str, Any],
     now: datetime,
+    terms: JobTerms = USUAL_TERMS,
     *,
     key: str,
     request_sha256: str,
@@ -67,7 +69,7 @@ def request_design_once(
     known = answers.find_design(key, request_sha256)
     if known is not None:
         return DesignRepository(session).get(known)
-    design = request_design(session, artifacts, description, product_id, options, now)
+    design = request_design(session, artifacts, description, product_id, options, now, terms)
     answers.remember(key, request_sha256, design.id, now)
     return design
 

@@ -17,8 +17,8 @@ from gripwright.design.records import OwnTypes, RecordTypes, dumps, loads, recor
 from gripwright.design.runner import Ref
 from gripwright.design.toolbox import PluginVersion
 from gripwright.domain.errors import GripwrightError, PluginFailure
-from gripwright.jobs.child import ChildFailure, Limits, Progress, run_in_child
-from gripwright.jobs.engine import StepFailure
+from gripwright.jobs.child import ChildBroke, ChildFailure, ChildLost, Limits, Progress, is_shortage, run_in_child
+from gripwright.jobs.engine import PassingFailure, StepBroke, StepFailure
 from gripwright.jobs.installed import installed_registry
 from gripwright.plugin_api import RunContext
 from gripwright.registry.building import build_toolbox
@@ -108,11 +108,13 @@ def load_stages(at: str) -> "Mapping[str, Stage]":
     return stages
 
 
-def resolve_plan(workshop: Workshop, plan: Plan) -> tuple[Plan, dict[str, PluginVersion]]:
+def resolve_plan(
+    workshop: Workshop, plan: Plan, *, cancelled: Callable[[], bool] = lambda: False
+) -> tuple[Plan, dict[str, PluginVersion]]:
     """The plan that is run and the exact plug-ins and parameters it means; InvalidPlan names every fault."""
     plan = effective_plan(plan)
     argument = {"plan": plan.model_dump(mode="json"), "allow": workshop.plugins_allow}
-    return plan, _guarded("plan", None, lambda: run_in_child(_versions, argument, limits=workshop.limits))
+    return plan, _guarded("plan", None, lambda: run_in_child(_versions, argument, limits=workshop.limits, cancelled=cancelled))
 
 
 def step_call(stage: "Stage", inputs: Mapping[str, Any], plan: Plan, versions: Versions) -> StepCall:
@@ -147,7 +149,8 @@ def run_step(
 ) -> None:
     """Compute and store the result of a call, in a child; nothing to do where it is stored.
 
-    Raises Cancelled, any GripwrightError of the stage, or StepFailure where the step crashed, hung or took too much memory.
+    Raises Cancelled, any GripwrightError of the stage, StepBroke where the step crashed, hung or took too much memory, and
+    PassingFailure where its process was lost.
     """
     if workshop.steps.has(call["key"]):
         return
@@ -178,7 +181,8 @@ def _guarded(stage: str, plugin: str | None, run: Callable[[], Any]) -> Any:
         return run()
     except ChildFailure as failure:
         log.warning("step %s: %s", stage, failure)
-        raise StepFailure(f"the step {stage!r} {failure}", stage=stage, plugin=plugin) from failure
+        kind = PassingFailure if isinstance(failure, ChildLost) else StepBroke if isinstance(failure, ChildBroke) else StepFailure
+        raise kind(f"the step {stage!r} {failure}", stage=stage, plugin=plugin) from failure
 
 
 # What follows runs in a child.
@@ -209,7 +213,7 @@ def _compute(argument: dict[str, Any], progress: Progress) -> None:
         raise
     except Exception as error:
         plugin = _raised_by(error, registry)
-        if plugin is None:
+        if plugin is None or (isinstance(error, OSError) and is_shortage(error)):
             raise
         log.exception("the plug-in %s failed in the stage %s", plugin, call["stage"])
         raise PluginFailure(f"{plugin} raised {type(error).__name__}: {error}", stage=call["stage"], plugin=plugin) from error

@@ -12,12 +12,15 @@ from typing import TYPE_CHECKING, NoReturn
 from gripwright.jobs.child import preload
 from gripwright.jobs.dbos_engine import DbosEngine
 from gripwright.jobs.deliveries import DeliveryLoop
-from gripwright.jobs.engine import DesignJobs, JobEngine, StepFailure, problem_of
+from gripwright.jobs.engine import DesignJobs, JobEngine, PassingFailure, problem_of
 from gripwright.jobs.hosts import Lease, Watch, join_workers
 from gripwright.jobs.steps import Workshop
+from gripwright.jobs.stopping import deadline_exceeded
 from gripwright.jobs.supervisor import LIFELINE
 from gripwright.jobs.workflow import DesignOffice
 from gripwright.settings import Settings
+from gripwright.store.claims import DesignLimits
+from gripwright.store.engines import PASSING_ERRORS
 from gripwright.store.jobs import open_design_jobs
 
 if TYPE_CHECKING:
@@ -27,7 +30,6 @@ log = logging.getLogger(__name__)
 
 _DISPATCH_S = 0.2
 _SWEEP_S = 2.0
-_DESIGNS_A_LOOK = 100
 _NICENESS = 10  # computing leaves the cores to whatever answers somebody who waits: the service, a database
 
 
@@ -51,6 +53,7 @@ def work(office: DesignOffice, settings: Settings) -> None:
     """Run the designs of an office until the process is told to end."""
     stop = threading.Event()
     _on_end(stop.set)
+    limits = DesignLimits(per_worker=settings.designs_per_worker, per_client=settings.designs_per_client)
     lease, watch = join_workers(settings)
     engine = DbosEngine(office, database_url=jobs_database_url(settings), executor=lease.id)
     lease.start()
@@ -58,19 +61,21 @@ def work(office: DesignOffice, settings: Settings) -> None:
     log.info("worker %s is ready", lease.id)
     next_sweep_s = time.monotonic()
     while not stop.wait(_DISPATCH_S):
-        dispatch(office.jobs, engine)
-        if time.monotonic() >= next_sweep_s:
-            sweep(office.jobs, engine, lease, watch)
-            next_sweep_s = time.monotonic() + _SWEEP_S
+        try:
+            dispatch(office.jobs, engine, lease.id, limits)
+            if time.monotonic() >= next_sweep_s:
+                next_sweep_s = time.monotonic() + _SWEEP_S
+                sweep(office.jobs, engine, lease, watch)
+        except PASSING_ERRORS as error:
+            log.warning("nothing is taken from the queue now: %s", error)
     engine.stop()
     lease.stop()
 
 
-def dispatch(jobs: DesignJobs, engine: JobEngine) -> None:
-    """Give what is queued to the engine. Two workers may do it at the same time: to submit twice changes nothing."""
-    for design_id, attempt in jobs.undispatched(_DESIGNS_A_LOOK):
+def dispatch(jobs: DesignJobs, engine: JobEngine, worker: str, limits: DesignLimits) -> None:
+    """Begin as many of the designs that wait as may run now."""
+    for design_id, attempt in jobs.claim(worker, limits):
         engine.submit(design_id, attempt)
-        jobs.mark_dispatched(design_id, attempt)
 
 
 def sweep(jobs: DesignJobs, engine: JobEngine, lease: Lease, watch: Watch) -> None:
@@ -83,10 +88,13 @@ def sweep(jobs: DesignJobs, engine: JobEngine, lease: Lease, watch: Watch) -> No
         return
     for executor in at_work.keys() - living:
         engine.take_over(executor)
+    for design_id, attempt in jobs.claimed():
+        engine.submit(design_id, attempt)  # its worker died before it did
+    for design_id, attempt in jobs.overdue():
+        jobs.fail(design_id, attempt, problem_of(deadline_exceeded()))
     for design_id, attempt in jobs.running():
         if engine.state(design_id, attempt) != "active":
-            error = StepFailure("its worker was replaced by another version while it ran: retry continues from what is stored")
-            jobs.fail(design_id, attempt, problem_of(error))
+            jobs.put_back(design_id, attempt, problem_of(PassingFailure("its worker ended, or was replaced by another version")))
 
 
 def jobs_database_url(settings: Settings) -> str:

@@ -2,9 +2,10 @@
 
 import json
 import logging
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar, cast
 
 from gripwright.design.plan import Plan, plan_of
 from gripwright.design.records import OwnTypes, loads
@@ -13,11 +14,15 @@ from gripwright.design.toolbox import PluginVersion
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.errors import Cancelled, GripwrightError
 from gripwright.domain.gripper import Actuator
-from gripwright.jobs.engine import DesignJobs, problem_of
+from gripwright.jobs.engine import DesignJobs, PassingFailure, problem_of
 from gripwright.jobs.steps import Workshop, resolve_plan
+from gripwright.jobs.stopping import StopSign
+from gripwright.store.engines import PASSING_ERRORS
 from gripwright.store.jobs import DesignSnapshot
 
 log = logging.getLogger(__name__)
+
+T = TypeVar("T")
 
 Pipeline = Callable[[AssemblyTask, tuple[Actuator, ...], Plan, Runner], Ref]
 """`design.pipeline.design`: the calculation as a whole; the ref of its result."""
@@ -43,9 +48,9 @@ class DesignOffice:
     workshop: Workshop
     pipeline: Pipeline
 
-    def resolve(self, design_id: str) -> Resolved:
+    def resolve(self, design_id: str, cancelled: Callable[[], bool]) -> Resolved:
         """The plan of a design and its plug-ins, checked."""
-        plan, versions = resolve_plan(self.workshop, plan_of(self.jobs.snapshot(design_id).options))
+        plan, versions = resolve_plan(self.workshop, plan_of(self.jobs.snapshot(design_id).options), cancelled=cancelled)
         return {"plan": plan.model_dump(mode="json"), "versions": versions}
 
 
@@ -54,27 +59,59 @@ def run_design(
     design_id: str,
     attempt: int,
     *,
+    worker: str,
     resolve: Callable[[], Resolved],
     runner: Callable[[Plan, dict[str, PluginVersion]], Runner],
 ) -> None:
     """Run an attempt to its end and record how it ended. Ending twice changes nothing, so it may be run again after a crash."""
     jobs = office.jobs
-    if not jobs.start(design_id, attempt):
+    if not persistently(lambda: jobs.start(design_id, attempt, worker)):
         return
+    end = _attempted(office, design_id, attempt, resolve, runner)
+    persistently(end)
+
+
+def _attempted(
+    office: DesignOffice,
+    design_id: str,
+    attempt: int,
+    resolve: Callable[[], Resolved],
+    runner: Callable[[Plan, dict[str, PluginVersion]], Runner],
+) -> Callable[[], None]:
+    """Run an attempt; what records its end."""
+    jobs = office.jobs
     try:
         resolved = resolve()
         plan = Plan(**resolved["plan"])
         files = _compute(office, jobs.snapshot(design_id), plan, runner(plan, resolved["versions"]))
         document = json.loads(files["design.json"])
         stored = {path: office.workshop.artifacts.put(data) for path, data in files.items()}
-        jobs.finish(design_id, attempt, document["status"], document, stored)
+        StopSign(jobs, design_id, attempt).check()
+        return lambda: jobs.finish(design_id, attempt, document["status"], document, stored)
     except Cancelled:
-        jobs.cancelled(design_id, attempt)
+        return lambda: jobs.cancelled(design_id, attempt)
     except GripwrightError as error:
-        jobs.fail(design_id, attempt, problem_of(error))
+        problem, step = problem_of(error), cast("str | None", error.context.get("step"))
+        end = jobs.put_back if isinstance(error, PassingFailure) else jobs.fail
+        return lambda: end(design_id, attempt, problem, step=step)
+    except PASSING_ERRORS as error:
+        log.warning("design %s: %s", design_id, error)
+        failure = PassingFailure(f"the database or the disk failed: {type(error).__name__}")
+        return lambda: jobs.put_back(design_id, attempt, problem_of(failure))
     except Exception:
         log.exception("design %s failed", design_id)
-        jobs.fail(design_id, attempt, _DEFECT)
+        return lambda: jobs.fail(design_id, attempt, _DEFECT)
+
+
+def persistently(act: Callable[[], T], *, pause_s: float = 0.5, pause_max_s: float = 10.0) -> T:
+    """What `act` returns, tried until the database and the disk let it: how a design ended must not be lost."""
+    while True:
+        try:
+            return act()
+        except PASSING_ERRORS as error:
+            log.warning("tried again in %.1f s: %s", pause_s, error)
+        time.sleep(pause_s)
+        pause_s = min(2.0 * pause_s, pause_max_s)
 
 
 def _compute(office: DesignOffice, snapshot: DesignSnapshot, plan: Plan, runner: Runner) -> dict[str, bytes]:

@@ -1,7 +1,8 @@
 """All SQL about designs, their files and jobs as callers see them."""
 
 from collections.abc import Mapping
-from datetime import datetime
+from dataclasses import dataclass
+from datetime import datetime, timedelta
 from typing import Any
 
 from sqlalchemy import func, select, tuple_
@@ -11,6 +12,21 @@ from gripwright.domain.errors import Conflict, NotFound
 from gripwright.store.events import queue_webhooks, record_event
 from gripwright.store.models import DesignFileRow, DesignRow, JobRow
 from gripwright.store.pages import Cursor
+from gripwright.store.quarantine import QuarantineRepository
+
+PRIORITY_MAX, PRIORITY = 9, 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobTerms:
+    """How a design waits and how long it may take."""
+
+    priority: int = PRIORITY  # 0 to PRIORITY_MAX, the most urgent
+    client: str = "anonymous"  # who asks
+    deadline_s: float | None = None  # from the request to the end
+
+
+USUAL_TERMS = JobTerms()
 
 
 class DesignRepository:
@@ -19,7 +35,7 @@ class DesignRepository:
     def __init__(self, session: Session) -> None:
         self._session = session
 
-    def add(self, design: DesignRow, now: datetime) -> None:
+    def add(self, design: DesignRow, now: datetime, terms: JobTerms = USUAL_TERMS) -> None:
         """Add a design with its job, queued: the row is the entry in the queue."""
         design.job = JobRow(
             id=design.id,
@@ -34,6 +50,14 @@ class DesignRepository:
             created_at=now,
             started_at=None,
             finished_at=None,
+            priority=terms.priority,
+            client=terms.client,
+            deadline_s=terms.deadline_s,
+            deadline_at=_after(terms.deadline_s, now),
+            not_before=None,
+            recoveries=0,
+            worker="",
+            failed_step=None,
         )
         self._session.add(design)
         self._session.flush()
@@ -120,11 +144,30 @@ class JobRepository:
         elif job.status != "cancelled":
             raise Conflict(f"the job has {job.status}: only a queued or running one can be cancelled", status=job.status)
 
+    def prioritise(self, job: JobRow, priority: int, now: datetime) -> None:
+        """Let a queued job wait with another priority; Conflict where it waits no longer."""
+        if job.status != "queued":
+            raise Conflict(f"the job is {job.status}: the priority of a queued one can be changed", status=job.status)
+        if job.priority != priority:
+            job.priority = priority
+            record_event(self._session, job, "status", now)
+
     def retry(self, job: JobRow, now: datetime) -> None:
-        """Queue a failed or cancelled job again; its finished steps are stored and do not run again. Else Conflict."""
+        """Queue a failed or cancelled job again; its finished steps are stored and do not run again. Else Conflict.
+
+        The step that it failed in is released from quarantine, and its time begins anew.
+        """
         if job.status not in ("failed", "cancelled"):
             raise Conflict(f"the job is {job.status}: only a failed or cancelled one can be retried", status=job.status)
         job.status, job.attempt, job.dispatched, job.cancel_requested = "queued", job.attempt + 1, False, False
         job.fraction, job.stage, job.message, job.problem = 0.0, "", "", None
         job.started_at = job.finished_at = None
+        if job.failed_step is not None:
+            QuarantineRepository(self._session).release(job.failed_step)
+        job.failed_step, job.recoveries, job.not_before = None, 0, None
+        job.deadline_at = _after(job.deadline_s, now)
         record_event(self._session, job, "status", now)
+
+
+def _after(deadline_s: float | None, now: datetime) -> datetime | None:
+    return None if deadline_s is None else now + timedelta(seconds=deadline_s)

@@ -6,9 +6,13 @@ from typing import Any
 
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.engine import make_url
+from sqlalchemy.exc import InterfaceError, OperationalError
+from sqlalchemy.exc import TimeoutError as PoolTimeout
 from sqlalchemy.orm import Session, sessionmaker
 
 BUSY_TIMEOUT_S = 30.0
+PASSING_ERRORS = (OperationalError, InterfaceError, PoolTimeout, OSError)
+"""Of a database or a disk that may be well again a moment later: locked, restarting, full."""
 _CONNECTIONS = 40  # one for each thread that serves requests
 
 NETWORK: Mapping[str, Any] = MappingProxyType(

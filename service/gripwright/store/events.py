@@ -24,6 +24,8 @@ def job_state(job: JobRow) -> dict[str, Any]:
     return {
         "status": job.status,
         "attempt": job.attempt,
+        "priority": job.priority,
+        "not_before": None if job.not_before is None else job.not_before.isoformat(),
         "progress": {"fraction": job.fraction, "stage": job.stage, "message": job.message},
         "problem": job.problem,
     }

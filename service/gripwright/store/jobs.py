@@ -4,21 +4,29 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from datetime import timedelta
+from typing import Any, Literal
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from gripwright.settings import Settings
 from gripwright.store.artifacts import ArtifactStore
+from gripwright.store.claims import DesignLimits, claim, waiting
 from gripwright.store.columns import utc_now
 from gripwright.store.engines import Database
 from gripwright.store.events import queue_webhooks, record_event
 from gripwright.store.media_types import media_type_of
 from gripwright.store.models import DesignFileRow, DesignRow, JobRow
+from gripwright.store.quarantine import QuarantineRepository
 from gripwright.store.storage import open_artifacts
 
 DOCUMENT = "design.json"
+PAUSES_S = (1.0, 5.0, 20.0, 60.0, 180.0)
+"""Before each further try of a job whose problem may heal."""
+
+StopReason = Literal["cancelled", "deadline-exceeded"]
+_OPEN = ("queued", "running")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +36,16 @@ class DesignSnapshot:
     task_sha256: str  # artifact: record of an AssemblyTask
     actuators_sha256: str  # artifact: record of a tuple of Actuator
     options: dict[str, Any]
+    priority: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quarantine:
+    """Why a step is not tried again."""
+
+    times: int
+    detail: str
+    plugin: str | None
 
 
 class StoredDesignJobs:
@@ -37,25 +55,35 @@ class StoredDesignJobs:
         self._database, self._artifacts = database, artifacts
 
     def undispatched(self, limit: int) -> Sequence[tuple[str, int]]:
-        """(design id, attempt) of queued jobs that no worker has taken, the oldest first."""
-        query = select(JobRow.id, JobRow.attempt).where(JobRow.status == "queued", JobRow.dispatched.is_(False))
-        return self._pairs(query.order_by(JobRow.created_at, JobRow.id).limit(limit))
+        """(design id, attempt) of queued jobs that a worker may take now, the oldest first."""
+        return self._pairs(waiting(utc_now()).order_by(JobRow.created_at, JobRow.id).limit(limit))
+
+    def claim(self, worker: str, limits: DesignLimits) -> Sequence[tuple[str, int]]:
+        """(design id, attempt) of the jobs that a worker runs next, its own from now on."""
+        if not self.undispatched(1):  # most looks end here, without a write transaction
+            return ()
+        with self._database.write_sessions.begin() as session:
+            return claim(session, worker, limits, utc_now())
+
+    def claimed(self) -> Sequence[tuple[str, int]]:
+        """(design id, attempt) of jobs that a worker has taken and not yet started."""
+        return self._pairs(select(JobRow.id, JobRow.attempt).where(JobRow.status == "queued", JobRow.dispatched))
+
+    def overdue(self) -> Sequence[tuple[str, int]]:
+        """(design id, attempt) of queued and running jobs whose deadline is over."""
+        query = select(JobRow.id, JobRow.attempt).where(JobRow.status.in_(_OPEN), JobRow.deadline_at <= utc_now())
+        return self._pairs(query)
 
     def running(self) -> Sequence[tuple[str, int]]:
         """(design id, attempt) of running jobs."""
         return self._pairs(select(JobRow.id, JobRow.attempt).where(JobRow.status == "running"))
 
-    def mark_dispatched(self, design_id: str, attempt: int) -> None:
-        """Note that this attempt was handed to the job engine."""
-        with self._attempt(design_id, attempt, ("queued", "running")) as (_, job):
-            if job is not None:
-                job.dispatched = True
-
-    def start(self, design_id: str, attempt: int) -> bool:
+    def start(self, design_id: str, attempt: int, worker: str = "") -> bool:
         """Queued → running; also true where this attempt runs already (recovery), false where it was cancelled or is over."""
-        with self._attempt(design_id, attempt, ("queued", "running")) as (session, job):
+        with self._attempt(design_id, attempt, _OPEN) as (session, job):
             if job is None:
                 return False
+            job.worker = worker
             if job.status == "queued":
                 job.status, job.started_at, job.dispatched = "running", utc_now(), True
                 record_event(session, job, "status", utc_now())
@@ -65,7 +93,12 @@ class StoredDesignJobs:
         """What the design is made from."""
         with self._database.read_sessions() as session:
             row = session.get_one(DesignRow, design_id)
-            return DesignSnapshot(task_sha256=row.task_sha256, actuators_sha256=row.actuators_sha256, options=row.options)
+            return DesignSnapshot(
+                task_sha256=row.task_sha256,
+                actuators_sha256=row.actuators_sha256,
+                options=row.options,
+                priority=row.job.priority,
+            )
 
     def record_progress(self, design_id: str, attempt: int, fraction: float, stage: str, message: str) -> None:
         """Where the job stands. Progress never goes back within an attempt."""
@@ -74,12 +107,14 @@ class StoredDesignJobs:
                 job.fraction, job.stage, job.message = max(job.fraction, min(fraction, 1.0)), stage, message
                 record_event(session, job, "progress", utc_now())
 
-    def cancel_requested(self, design_id: str) -> bool:
-        """Whether the caller asked to stop, or the job is gone or over."""
-        query = select(JobRow.status, JobRow.cancel_requested).where(JobRow.id == design_id)
+    def stop_reason(self, design_id: str, attempt: int) -> StopReason | None:
+        """Why an attempt must not go on: the caller asked to stop, it is gone or over, or it has taken too long."""
+        query = select(JobRow.status, JobRow.attempt, JobRow.cancel_requested, JobRow.deadline_at).where(JobRow.id == design_id)
         with self._database.read_sessions() as session:
             row = session.execute(query).first()
-        return row is None or row.cancel_requested or row.status == "cancelled"
+        if row is None or row.cancel_requested or row.attempt != attempt or row.status not in _OPEN:
+            return "cancelled"
+        return "deadline-exceeded" if row.deadline_at is not None and row.deadline_at <= utc_now() else None
 
     def finish(self, design_id: str, attempt: int, status: str, document: Mapping[str, Any], files: Mapping[str, str]) -> None:
         """The design is there: `status` complete or incomplete, its document, and path → artifact of its files."""
@@ -94,12 +129,30 @@ class StoredDesignJobs:
             job.fraction, job.stage, job.message = 1.0, "done", f"the design is {status}"
             self._end(session, job, "succeeded", status)
 
-    def fail(self, design_id: str, attempt: int, problem: Mapping[str, Any]) -> None:
-        """The job ended with a problem."""
-        with self._attempt(design_id, attempt, ("running",)) as (session, job):
+    def fail(self, design_id: str, attempt: int, problem: Mapping[str, Any], *, step: str | None = None) -> None:
+        """The job ended with a problem, in that step where it is known. One that still waits can fail, too: by its deadline."""
+        with self._attempt(design_id, attempt, _OPEN) as (session, job):
             if job is not None:
-                job.problem = dict(problem)
-                self._end(session, job, "failed", "failed")
+                self._fail(session, job, problem, step)
+
+    def put_back(self, design_id: str, attempt: int, problem: Mapping[str, Any], *, step: str | None = None) -> None:
+        """Queue a job again, later each time, since its problem may heal by itself; after the last time it has failed.
+
+        It is a further attempt: what the one before still does changes nothing any more.
+        """
+        with self._attempt(design_id, attempt, ("running",)) as (session, job):
+            if job is None:
+                return
+            if job.recoveries >= len(PAUSES_S):
+                detail = f"{problem['detail']} (tried {job.recoveries + 1} times)"
+                self._fail(session, job, {**problem, "detail": detail}, step)
+                return
+            now = utc_now()
+            job.not_before = now + timedelta(seconds=PAUSES_S[job.recoveries])
+            job.message = f"{problem['detail']}: tried again in {PAUSES_S[job.recoveries]:g} s"
+            job.status, job.attempt, job.dispatched = "queued", job.attempt + 1, False
+            job.recoveries, job.fraction = job.recoveries + 1, 0.0
+            record_event(session, job, "status", now)
 
     def cancelled(self, design_id: str, attempt: int) -> None:
         """The job was stopped as the caller asked."""
@@ -107,9 +160,24 @@ class StoredDesignJobs:
             if job is not None:
                 self._end(session, job, "cancelled", "cancelled")
 
+    def quarantined(self, key: str) -> Quarantine | None:
+        """How often a step broke its process and how, if it is not to be tried again."""
+        with self._database.read_sessions() as session:
+            row = QuarantineRepository(session).find(key)
+            return None if row is None else Quarantine(times=row.times, detail=row.detail, plugin=row.plugin)
+
+    def quarantine(self, key: str, *, stage: str, plugin: str | None, detail: str) -> None:
+        """A step broke its process: it is not tried again before a caller asks for it."""
+        with self._database.write_sessions.begin() as session:
+            QuarantineRepository(session).add(key, stage=stage, plugin=plugin, detail=detail, now=utc_now())
+
+    def _fail(self, session: Session, job: JobRow, problem: Mapping[str, Any], step: str | None) -> None:
+        job.problem, job.failed_step = dict(problem), step
+        self._end(session, job, "failed", "failed")
+
     def _end(self, session: Session, job: JobRow, status: str, event: str) -> None:
         now = utc_now()
-        job.status, job.finished_at, job.cancel_requested = status, now, False
+        job.status, job.finished_at, job.cancel_requested, job.not_before = status, now, False, None
         record_event(session, job, "status", now)
         queue_webhooks(session, job.design, event, now)
 

@@ -113,7 +113,7 @@ class JobRow(Base):
     __tablename__ = "job"
     __table_args__ = (
         Index(None, "created_at", "id"),
-        Index(None, "status", "dispatched", "created_at"),
+        Index(None, "status", "dispatched", "priority", "created_at"),
         CheckConstraint(f"status IN {JOB_STATUSES}", name="status"),
     )
 
@@ -129,8 +129,30 @@ class JobRow(Base):
     created_at: Mapped[datetime]
     started_at: Mapped[datetime | None]
     finished_at: Mapped[datetime | None]
+    priority: Mapped[int]  # 0 to 9, the most urgent
+    client: Mapped[str] = mapped_column(String(300))  # who asked, as in the audit trail; "" before there were limits
+    deadline_s: Mapped[float | None]  # from the request, or from a retry, to the end
+    deadline_at: Mapped[datetime | None]
+    not_before: Mapped[datetime | None]  # while it waits to be tried again
+    recoveries: Mapped[int]  # how often it was queued again by itself since a caller asked for it
+    worker: Mapped[str] = mapped_column(String(300))  # executor that took it last; "" before
+    failed_step: Mapped[str | None] = mapped_column(_SHA256)  # key of the step that it failed in
 
     design: Mapped[DesignRow] = relationship(back_populates="job")
+
+
+class QuarantineRow(Base):
+    """A step that broke its process in a way that does not heal: it is not tried again before a caller asks for it."""
+
+    __tablename__ = "quarantine"
+    __table_args__ = (Index(None, "created_at"),)
+
+    key: Mapped[str] = mapped_column(_SHA256, primary_key=True)  # of the step's call
+    stage: Mapped[str] = mapped_column(String(100))
+    plugin: Mapped[str | None] = mapped_column(String(300))
+    times: Mapped[int]
+    detail: Mapped[str] = mapped_column(Text)  # of the last time
+    created_at: Mapped[datetime]  # the last time
 
 
 class JobEventRow(Base):
@@ -141,7 +163,7 @@ class JobEventRow(Base):
 
     id: Mapped[int] = mapped_column(BigInteger().with_variant(Integer, "sqlite"), primary_key=True, autoincrement=True)
     job_id: Mapped[str] = mapped_column(_ID, ForeignKey("job.id", ondelete="CASCADE"))
-    kind: Mapped[str] = mapped_column(String(50))  # "status", "progress"
+    kind: Mapped[str] = mapped_column(String(50))  # "status", "progress", "log"
     data: Mapped[dict[str, Any]]
     created_at: Mapped[datetime]
 

@@ -2,10 +2,11 @@
 
 from fastapi import APIRouter, Response, status
 
-from gripwright.http.deps import Artifacts, Now, Plugins, WriteSession
+from gripwright.http.deps import Actor, Artifacts, Now, Plugins, Service, WriteSession
 from gripwright.http.schemas.change_impact import ImpactRequest, ImpactView
 from gripwright.http.schemas.problem import problems
 from gripwright.jobs.impact import study_impact
+from gripwright.store.designs import JobTerms
 
 router = APIRouter(tags=["designs"])
 
@@ -28,13 +29,16 @@ def create_change_impact(
     artifacts: Artifacts,
     plugins: Plugins,
     now: Now,
+    actor: Actor,
+    service: Service,
     response: Response,
 ) -> ImpactView:
     """Which operations and grippers of the latest complete design hold with another revision.
 
     The revision is designed with these grippers as owned: 202 until that has ended, then 200 with the comparison.
     """
-    study = study_impact(session, artifacts, plugins, product_id, body.revision, now)
+    terms = JobTerms(client=actor, deadline_s=service.settings.design_deadline_s)
+    study = study_impact(session, artifacts, plugins, product_id, body.revision, now, terms)
     if study.impact is None:
         response.status_code = status.HTTP_202_ACCEPTED
         response.headers["Retry-After"] = str(POLL_AFTER_S)

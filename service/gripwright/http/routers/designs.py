@@ -9,13 +9,13 @@ from fastapi import APIRouter, Header, Query, Request, Response, status
 from fastapi.responses import FileResponse
 
 from gripwright.http.bom import View, bom_response
-from gripwright.http.deps import Artifacts, Now, Plugins, ReadSession, WriteSession
+from gripwright.http.deps import Actor, Artifacts, Now, Plugins, ReadSession, Service, WriteSession
 from gripwright.http.downloads import archive_response, file_response
 from gripwright.http.preconditions import IfNoneMatch
 from gripwright.http.schemas.designs import DesignAccepted, DesignRequest, DesignView
 from gripwright.http.schemas.problem import problems
 from gripwright.jobs.requests import request_design, request_design_once
-from gripwright.store.designs import DesignRepository
+from gripwright.store.designs import DesignRepository, JobTerms
 from gripwright.store.jobs import DOCUMENT
 
 router = APIRouter(tags=["designs"])
@@ -36,17 +36,20 @@ def create_design(
     artifacts: Artifacts,
     plugins: Plugins,
     now: Now,
+    actor: Actor,
+    service: Service,
     request: Request,
     response: Response,
     idempotency_key: Annotated[str | None, Header(min_length=1, max_length=255)] = None,
 ) -> DesignAccepted:
     """Queue a design of this product. Poll `Location`; the BOM is there once its status is `complete` or `incomplete`."""
+    terms = JobTerms(priority=body.priority, client=actor, deadline_s=body.deadline_s or service.settings.design_deadline_s)
     if idempotency_key is None:
-        design = request_design(session, artifacts, plugins, product_id, body.options, now)
+        design = request_design(session, artifacts, plugins, product_id, body.options, now, terms)
     else:
-        sha256 = hashlib.sha256(json.dumps([request.url.path, body.options], sort_keys=True).encode()).hexdigest()
+        sha256 = hashlib.sha256(json.dumps([request.url.path, body.model_dump()], sort_keys=True).encode()).hexdigest()
         design = request_design_once(
-            session, artifacts, plugins, product_id, body.options, now, key=idempotency_key, request_sha256=sha256
+            session, artifacts, plugins, product_id, body.options, now, terms, key=idempotency_key, request_sha256=sha256
         )
     response.headers["Location"] = f"/api/v1/designs/{design.id}"
     response.headers["Retry-After"] = str(POLL_AFTER_S)

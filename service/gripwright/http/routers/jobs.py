@@ -9,7 +9,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from gripwright.http.deps import Now, ReadSession, Service, WriteSession
 from gripwright.http.events import follow_job
 from gripwright.http.pagination import Page, link_next
-from gripwright.http.schemas.designs import JobPage, JobView
+from gripwright.http.schemas.designs import JobPage, JobPatch, JobView
 from gripwright.http.schemas.problem import problems
 from gripwright.store.designs import JobRepository
 from gripwright.store.models import JobRow
@@ -40,6 +40,15 @@ def list_jobs(
 def get_job(job_id: str, session: ReadSession) -> JobView:
     """Where a job stands."""
     return JobView.of(JobRepository(session).get(job_id))
+
+
+@router.patch("/{job_id}", operation_id="change_job", responses=problems(404, 409, 415, 422))
+def change_job(job_id: str, body: JobPatch, session: WriteSession, now: Now) -> JobView:
+    """Let a queued job wait with another priority."""
+    jobs = JobRepository(session)
+    job = jobs.get(job_id)
+    jobs.prioritise(job, body.priority, now)
+    return JobView.of(job)
 
 
 @router.post(

@@ -1,12 +1,17 @@
 """Designs and jobs as callers see them."""
 
 from datetime import datetime
-from typing import Any
+from typing import Annotated, Any
 from urllib.parse import quote
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from gripwright.store.designs import PRIORITY, PRIORITY_MAX
 from gripwright.store.models import DesignFileRow, DesignRow, JobRow
+
+DEADLINE_MAX_S = 30 * 86_400.0
+
+Priority = Annotated[int, Field(ge=0, le=PRIORITY_MAX, description="9 is the most urgent, 5 the usual")]
 
 
 class DesignRequest(BaseModel):
@@ -19,6 +24,21 @@ class DesignRequest(BaseModel):
         description="the plan: plug-in keys and their parameters, as in `gripwright design --set`; schemas at /api/v1/plugins",
         examples=[{"margin": 0.2, "sdf.rays": 30, "actuators": "all"}],
     )
+    priority: Priority = PRIORITY
+    deadline_s: float | None = Field(
+        default=None,
+        gt=0,
+        le=DEADLINE_MAX_S,
+        description="seconds from now until it must be done, its waiting included; by default what the service is set to",
+    )
+
+
+class JobPatch(BaseModel):
+    """What can be changed of a job that waits."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    priority: Priority
 
 
 class Progress(BaseModel):
@@ -109,6 +129,9 @@ class JobView(BaseModel):
     outcome: str | None = Field(description="of the design: complete, incomplete; null until then")
     progress: Progress
     attempt: int
+    priority: int
+    deadline_at: datetime | None
+    not_before: datetime | None = Field(description="when it is tried again, while it waits for a passing failure to heal")
     cancel_requested: bool
     problem: dict[str, Any] | None
     created_at: datetime
@@ -128,6 +151,9 @@ class JobView(BaseModel):
             outcome=row.design.outcome,
             progress=Progress.of(row),
             attempt=row.attempt,
+            priority=row.priority,
+            deadline_at=row.deadline_at,
+            not_before=row.not_before,
             cancel_requested=row.cancel_requested,
             problem=row.problem,
             created_at=row.created_at,
