@@ -36,6 +36,9 @@ STATUS_OF_CODE: Mapping[str, int] = {
 }
 
 
+MERGE_PATCH_TYPES = ("application/merge-patch+json", "application/json")
+
+
 class PreconditionFailed(GripwrightError):
     """`If-Match` names another version than the present one."""
 
@@ -108,6 +111,8 @@ def domain_problem(request: Request, error: Exception) -> JSONResponse:
     elif error.code == "scope-missing":
         needed = error.context["scope"]
         headers = {"WWW-Authenticate": f'Bearer realm="gripwright", error="insufficient_scope", scope="{needed}"'}
+    elif status == 415 and request.method == "PATCH":
+        headers = {"Accept-Patch": ", ".join(MERGE_PATCH_TYPES)}
     return problem(status, error.code, error.detail, faults=error.faults, headers=headers)
 
 

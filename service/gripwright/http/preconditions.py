@@ -45,4 +45,5 @@ def _names(header: str, tag: str, *, weak: bool) -> bool:
     """Whether a list of tags, or `*`, names this one; If-Match asks for strong comparison."""
     if header.strip() == "*":
         return True
-    return any(match[1] == tag and (weak or not match[0].startswith("W/")) for match in _TAG.finditer(header))
+    bare = tag.removeprefix("W/")
+    return any(match[1] == bare and (weak or not match[0].startswith("W/")) for match in _TAG.finditer(header))

@@ -3,24 +3,31 @@
 import hashlib
 import json
 from pathlib import PurePosixPath
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Header, Query, Request, Response, status
 from fastapi.responses import FileResponse
+from sqlalchemy.orm import Session
 
 from gripwright.http.bom import View, bom_response
 from gripwright.http.deps import Artifacts, Now, Plugins, ReadSession, WriteSession
 from gripwright.http.downloads import archive_response, file_response
+from gripwright.http.pagination import Changes, ChangesRequest, list_answer
+from gripwright.http.polling import poll_headers
 from gripwright.http.preconditions import IfNoneMatch
-from gripwright.http.schemas.designs import DesignAccepted, DesignRequest, DesignView
+from gripwright.http.reading import NOT_MODIFIED, Sparse
+from gripwright.http.schemas.designs import DesignAccepted, DesignPage, DesignRequest, DesignSummary, DesignView
 from gripwright.http.schemas.problem import problems
 from gripwright.jobs.requests import request_design, request_design_once
-from gripwright.store.designs import DesignRepository
+from gripwright.store.designs import DesignRepository, JobRepository
 from gripwright.store.jobs import DOCUMENT
+from gripwright.store.products import ProductRepository
 
 router = APIRouter(tags=["designs"])
 
-POLL_AFTER_S = 1
+DesignStatus = Annotated[
+    Literal["queued", "running", "complete", "incomplete", "failed", "cancelled"] | None, Query(description="only those")
+]
 
 
 @router.post(
@@ -48,21 +55,68 @@ def create_design(
         design = request_design_once(
             session, artifacts, plugins, product_id, body.options, now, key=idempotency_key, request_sha256=sha256
         )
-    response.headers["Location"] = f"/api/v1/designs/{design.id}"
-    response.headers["Retry-After"] = str(POLL_AFTER_S)
+    response.headers.update(poll_headers(design.job, location=f"/api/v1/designs/{design.id}"))
     return DesignAccepted.of(design)
 
 
-@router.get("/designs/{design_id}", operation_id="get_design", responses=problems(404))
-def get_design(design_id: str, session: ReadSession, artifacts: Artifacts, response: Response) -> DesignView:
-    """Where a design stands; `design` is design.json once it is complete or incomplete, `problem` says why it failed."""
+@router.get("/designs", operation_id="list_designs", response_model=DesignPage, responses={**NOT_MODIFIED, **problems(422)})
+def list_designs(
+    session: ReadSession,
+    changes: Changes,
+    sparse: Sparse,
+    request: Request,
+    status: DesignStatus = None,
+    product_id: Annotated[str | None, Query(max_length=32)] = None,
+) -> Response:
+    """Designs, the newest first, or with `updated_since` in the order of their changes."""
+    return list_answer(request, sparse, _page(session, changes, status, product_id))
+
+
+@router.get(
+    "/products/{product_id}/designs",
+    operation_id="list_product_designs",
+    response_model=DesignPage,
+    responses={**NOT_MODIFIED, **problems(404, 422)},
+)
+def list_product_designs(
+    product_id: str, session: ReadSession, changes: Changes, sparse: Sparse, request: Request, status: DesignStatus = None
+) -> Response:
+    """Designs of a product, the newest first, or with `updated_since` in the order of their changes."""
+    ProductRepository(session).get(product_id)
+    return list_answer(request, sparse, _page(session, changes, status, product_id))
+
+
+def _page(session: Session, changes: ChangesRequest, status: str | None, product_id: str | None) -> DesignPage:
+    is_outcome = status in ("complete", "incomplete")
+    rows = JobRepository(session).page(
+        after=changes.page.after,
+        limit=changes.page.limit + 1,
+        status="succeeded" if is_outcome else status,
+        outcome=status if is_outcome else None,
+        product_id=product_id,
+        updated_since=changes.updated_since,
+    )
+    shown, next_cursor = changes.cut(rows)
+    items = [DesignSummary.of(row.design) for row in shown]
+    return DesignPage(items=items, next_cursor=next_cursor, next_updated_since=changes.next_updated_since)
+
+
+@router.get(
+    "/designs/{design_id}",
+    operation_id="get_design",
+    response_model=DesignView,
+    responses={**NOT_MODIFIED, **problems(404, 422)},
+)
+def get_design(design_id: str, session: ReadSession, artifacts: Artifacts, sparse: Sparse) -> Response:
+    """Where a design stands; `design` is design.json once it is complete or incomplete, `problem` says why it failed.
+
+    `Prefer: wait=n` answers when it has ended, at the latest after n seconds.
+    """
     row = DesignRepository(session).get(design_id)
     document = None
     if row.outcome is not None:
         document = json.loads(artifacts.get(DesignRepository(session).file(design_id, DOCUMENT).sha256))
-    if row.job.status in ("queued", "running"):
-        response.headers["Retry-After"] = str(POLL_AFTER_S)
-    return DesignView.of(row, document)
+    return sparse.answer(DesignView.of(row, document), headers=poll_headers(row.job))
 
 
 @router.get(
