@@ -176,7 +176,7 @@ def test_a_method_that_is_not_allowed_is_answered_with_those_that_are(client, pr
     answer = client.patch("/api/v1/actuators/SMC/MHF2-12D2")
 
     problem(answer, 405)
-    assert answer.headers["Allow"] == "DELETE, GET, PUT"
+    assert answer.headers["Allow"] == "DELETE, GET, HEAD, OPTIONS, PUT"
 
 
 def test_a_body_beyond_the_limit_is_refused(client, problem):

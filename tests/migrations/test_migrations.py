@@ -112,8 +112,8 @@ def test_a_populated_database_of_the_first_version_keeps_its_rows(database):
             "created_at, updated_at) VALUES ('p1', 'P', 'A', '', '', '', '{}', '[]', 1, '2026-01-01', '2026-01-01')",
             "INSERT INTO design (id, product_id, product_version, task_sha256, actuators_sha256, options, created_at) "
             "VALUES ('d1', 'p1', 1, '', '', '{}', '2026-01-01')",
-            "INSERT INTO job (id, status, fraction, stage, message, attempt, dispatched, cancel_requested, created_at, finished_at) "
-            "VALUES ('d1', 'succeeded', 1, '', '', 1, 1, 0, '2026-01-01 00:00:00', '2026-01-02 00:00:00')",
+            "INSERT INTO job (id, status, fraction, stage, message, attempt, dispatched, cancel_requested, created_at, "
+            "finished_at) VALUES ('d1', 'succeeded', 1, '', '', 1, 1, 0, '2026-01-01 00:00:00', '2026-01-02 00:00:00')",
         ):
             connection.execute(text(statement))
     assert "api_key" not in inspect(database.read_engine).get_table_names()

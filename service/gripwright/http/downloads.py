@@ -1,5 +1,6 @@
 """Files and archives as responses."""
 
+import hashlib
 import tempfile
 import zipfile
 
@@ -11,6 +12,7 @@ from starlette.types import Message, Receive, Scope, Send
 
 from gripwright.domain.errors import NotFound
 from gripwright.http.errors import problem
+from gripwright.http.head import IS_HEAD
 from gripwright.http.preconditions import is_known
 from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.models import DesignRow
@@ -36,7 +38,8 @@ class _StoredFile(FileResponse):
             if refusal is None:
                 await send(message)
 
-        await super().__call__(scope, receive, checked)
+        is_head = scope["state"].get(IS_HEAD, False)
+        await super().__call__({**scope, "method": "HEAD"} if is_head else scope, receive, checked)
         if refusal is not None:
             content_range = Headers(raw=refusal["headers"]).get("content-range")
             headers = {} if content_range is None else {"Content-Range": content_range}
@@ -62,19 +65,25 @@ def file_response(artifacts: ArtifactStore, sha256: str, *, media_type: str, nam
     )
 
 
-def archive_response(design: DesignRow, artifacts: ArtifactStore) -> Response:
-    """All files of a design folder as a .zip."""
+def archive_response(design: DesignRow, artifacts: ArtifactStore, if_none_match: str | None) -> Response:
+    """All files of a design folder as a .zip. The ETag is the sha-256 of what it holds, and known before it is packed."""
     if not design.files:
         raise NotFound(f"design {design.id} has no files: it is {design.job.status}", design_id=design.id)
+    content = "".join(f"{row.sha256} {row.path}\n" for row in design.files)
+    tag = f'"{hashlib.sha256(content.encode()).hexdigest()}"'
+    headers = {"ETag": tag, "Cache-Control": "private, no-cache"}
+    if is_known(if_none_match, tag):
+        return Response(status_code=status.HTTP_304_NOT_MODIFIED, headers=headers)
     target = tempfile.NamedTemporaryFile(prefix="gripwright-", suffix=".zip")  # noqa: SIM115 - closed, and gone, after the response
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         for row in design.files:
             with archive.open(zipfile.ZipInfo(row.path, _EPOCH), "w") as member:
                 member.write(artifacts.get(row.sha256))
     target.flush()
-    return FileResponse(
+    return _StoredFile(
         target.name,
         media_type="application/zip",
+        headers=headers,
         filename=f"design-{design.id}.zip",
         background=BackgroundTask(target.close),
     )

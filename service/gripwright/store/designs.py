@@ -1,6 +1,6 @@
 """All SQL about designs, their files and jobs as callers see them."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import datetime
 from typing import Any
 
@@ -116,6 +116,12 @@ class JobRepository:
             if after is not None:
                 query = query.where(tuple_(JobRow.updated_at, JobRow.id) > (after.created_at, after.id))
         return list(self._session.scalars(query.limit(limit)))
+
+    def unfinished(self, job_ids: Iterable[str]) -> set[str]:
+        """Those of the jobs that are queued or running."""
+        return set(
+            self._session.scalars(select(JobRow.id).where(JobRow.id.in_(job_ids), JobRow.status.in_(("queued", "running"))))
+        )
 
     def counts(self) -> dict[str, int]:
         """How many jobs there are of each status."""

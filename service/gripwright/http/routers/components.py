@@ -7,7 +7,7 @@ from fastapi import APIRouter, Query, Response
 from gripwright.http.deps import Artifacts, Now, ReadSession, WriteSession
 from gripwright.http.downloads import file_response
 from gripwright.http.merge_patch import MergePatch, patch_schema
-from gripwright.http.preconditions import IfMatch, IfNoneMatch, check_match, version_tag
+from gripwright.http.preconditions import IfMatch, IfNoneMatch, IfRange, Range, check_match, version_tag
 from gripwright.http.reading import NOT_MODIFIED, Sparse
 from gripwright.http.schemas.problem import problems
 from gripwright.http.schemas.products import ComponentList, ComponentPatch, ComponentView
@@ -73,8 +73,9 @@ def patch_component(
     response_class=Response,
     responses={
         200: {"content": {"model/gltf-binary": {}}, "description": "The mesh, metres as glTF says"},
+        206: {"description": "The range that was asked for"},
         304: {"description": "Not modified"},
-        **problems(404, 409),
+        **problems(404, 409, 416),
     },
 )
 def get_component_mesh(
@@ -84,6 +85,8 @@ def get_component_mesh(
     artifacts: Artifacts,
     colour: Annotated[Literal["segment", "sdf"] | None, Query(description="by the latest design's analysis")] = None,
     if_none_match: IfNoneMatch = None,
+    if_range: IfRange = None,
+    range_: Range = None,
 ) -> Response:
     """A component's mesh as GLB, in its own frame; coloured by segment or by shape diameter once a design has analysed it."""
     sha256 = component_mesh(session, product_id, component_id, colour)

@@ -9,15 +9,17 @@ from fastapi import APIRouter, Header, Query, Request, Response, status
 from fastapi.responses import FileResponse
 from sqlalchemy.orm import Session
 
-from gripwright.http.bom import View, bom_response
+from gripwright.http.bom import FORMS, JSON, View, bom_response, preferred
 from gripwright.http.deps import Artifacts, Now, Plugins, ReadSession, WriteSession
 from gripwright.http.downloads import archive_response, file_response
 from gripwright.http.pagination import Changes, ChangesRequest, list_answer
 from gripwright.http.polling import poll_headers
-from gripwright.http.preconditions import IfNoneMatch
-from gripwright.http.reading import NOT_MODIFIED, Sparse
+from gripwright.http.preconditions import IfNoneMatch, IfRange, Range, is_known
+from gripwright.http.preferences import PREFER
+from gripwright.http.reading import NOT_MODIFIED, Sparse, content_tag
 from gripwright.http.schemas.designs import DesignAccepted, DesignPage, DesignRequest, DesignSummary, DesignView
 from gripwright.http.schemas.problem import problems
+from gripwright.http.schemas.products import product_reference
 from gripwright.jobs.requests import request_design, request_design_once
 from gripwright.store.designs import DesignRepository, JobRepository
 from gripwright.store.jobs import DOCUMENT
@@ -34,7 +36,11 @@ DesignStatus = Annotated[
     "/products/{product_id}/designs",
     operation_id="create_design",
     status_code=status.HTTP_202_ACCEPTED,
-    responses=problems(404, 409, 415, 422),
+    responses={
+        201: {"model": DesignView, "description": "It has ended within the time of `Prefer: wait=n`"},
+        **problems(404, 409, 415, 422),
+    },
+    openapi_extra=PREFER,
 )
 def create_design(
     product_id: str,
@@ -47,7 +53,10 @@ def create_design(
     response: Response,
     idempotency_key: Annotated[str | None, Header(min_length=1, max_length=255)] = None,
 ) -> DesignAccepted:
-    """Queue a design of this product. Poll `Location`; the BOM is there once its status is `complete` or `incomplete`."""
+    """Queue a design of this product. Poll `Location`; the BOM is there once its status is `complete` or `incomplete`.
+
+    `Prefer: wait=n` waits for that: where the design ends within n seconds the answer is 201 with the design itself.
+    """
     if idempotency_key is None:
         design = request_design(session, artifacts, plugins, product_id, body.options, now)
     else:
@@ -106,6 +115,7 @@ def _page(session: Session, changes: ChangesRequest, status: str | None, product
     operation_id="get_design",
     response_model=DesignView,
     responses={**NOT_MODIFIED, **problems(404, 422)},
+    openapi_extra=PREFER,
 )
 def get_design(design_id: str, session: ReadSession, artifacts: Artifacts, sparse: Sparse) -> Response:
     """Where a design stands; `design` is design.json once it is complete or incomplete, `problem` says why it failed.
@@ -139,14 +149,21 @@ def get_design_bom(
     design_id: str,
     session: ReadSession,
     artifacts: Artifacts,
-    request: Request,
+    accept: Annotated[str, Header(description="which of the three forms", max_length=1000)] = JSON,
+    if_none_match: IfNoneMatch = None,
     view: Annotated[View, Query(description="by gripper; flat: each part once, what to order; levels: set, grippers, items")] = (
         "by-gripper"
     ),
 ) -> Response:
     """What to buy and what to make: JSON, CSV or XLSX."""
-    document = json.loads(artifacts.get(DesignRepository(session).file(design_id, DOCUMENT).sha256))
-    return bom_response(document, view, request.headers.get("accept", "*/*"), f"bom-{design_id}")
+    designs = DesignRepository(session)
+    stored = designs.file(design_id, DOCUMENT)
+    media_type, product = preferred(accept, FORMS), product_reference(designs.get(design_id).product)
+    tag = content_tag(json.dumps([stored.sha256, view, media_type, product]).encode())
+    headers = {"ETag": tag, "Vary": "Accept"}
+    if is_known(if_none_match, tag):
+        return Response(status_code=status.HTTP_304_NOT_MODIFIED, headers=headers)
+    return bom_response(json.loads(artifacts.get(stored.sha256)), product, view, media_type, f"bom-{design_id}", headers)
 
 
 @router.get(
@@ -160,7 +177,13 @@ def get_design_bom(
     },
 )
 def get_design_file(
-    design_id: str, path: str, session: ReadSession, artifacts: Artifacts, if_none_match: IfNoneMatch = None
+    design_id: str,
+    path: str,
+    session: ReadSession,
+    artifacts: Artifacts,
+    if_none_match: IfNoneMatch = None,
+    if_range: IfRange = None,
+    range_: Range = None,
 ) -> Response:
     """A file of the design folder; its ETag is its sha-256, ranges are served."""
     row = DesignRepository(session).file(design_id, path)
@@ -172,8 +195,20 @@ def get_design_file(
     "/designs/{design_id}/package.zip",
     operation_id="get_design_package",
     response_class=FileResponse,
-    responses={200: {"content": {"application/zip": {}}, "description": "The design folder"}, **problems(404)},
+    responses={
+        200: {"content": {"application/zip": {}}, "description": "The design folder"},
+        206: {"description": "The range that was asked for"},
+        304: {"description": "Not modified"},
+        **problems(404, 416),
+    },
 )
-def get_design_package(design_id: str, session: ReadSession, artifacts: Artifacts) -> Response:
-    """The whole design folder as an archive."""
-    return archive_response(DesignRepository(session).get(design_id), artifacts)
+def get_design_package(
+    design_id: str,
+    session: ReadSession,
+    artifacts: Artifacts,
+    if_none_match: IfNoneMatch = None,
+    if_range: IfRange = None,
+    range_: Range = None,
+) -> Response:
+    """The whole design folder as an archive; ranges are served."""
+    return archive_response(DesignRepository(session).get(design_id), artifacts, if_none_match)

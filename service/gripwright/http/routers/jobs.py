@@ -10,6 +10,7 @@ from gripwright.http.deps import Now, ReadSession, Service, WriteSession
 from gripwright.http.events import follow_job
 from gripwright.http.pagination import Changes, list_answer
 from gripwright.http.polling import poll_headers
+from gripwright.http.preferences import PREFER
 from gripwright.http.reading import NOT_MODIFIED, Sparse
 from gripwright.http.schemas.designs import JobPage, JobView
 from gripwright.http.schemas.problem import problems
@@ -44,7 +45,13 @@ def list_jobs(
     return list_answer(request, sparse, page)
 
 
-@router.get("/{job_id}", operation_id="get_job", response_model=JobView, responses={**NOT_MODIFIED, **problems(404, 422)})
+@router.get(
+    "/{job_id}",
+    operation_id="get_job",
+    response_model=JobView,
+    responses={**NOT_MODIFIED, **problems(404, 422)},
+    openapi_extra=PREFER,
+)
 def get_job(job_id: str, session: ReadSession, sparse: Sparse) -> Response:
     """Where a job stands. `Prefer: wait=n` answers when it has ended, at the latest after n seconds."""
     row = JobRepository(session).get(job_id)

@@ -151,6 +151,17 @@ class ProductPatch(BaseModel):
     external_ids: dict[str, str | None] | None = Field(default=None, description="merged: null takes the id of a system away")
 
 
+def product_reference(row: ProductRow) -> dict[str, Any]:
+    """What a product is called, as it stands now."""
+    return {
+        "id": row.id,
+        "part_number": row.part_number,
+        "revision": row.revision,
+        "name": row.name,
+        "external_ids": external_ids_of(row),
+    }
+
+
 def external_ids_of(row: ProductRow) -> dict[str, str]:
     """What other systems call the product; one stored before there were such ids has none."""
     ids: dict[str, str] = row.manifest.get("external_ids", {})
