@@ -111,7 +111,7 @@ def _add_middleware(app: FastAPI, service: State) -> None:
     app.add_middleware(ServerErrorMiddleware, handler=defect_problem)  # the framework's own is outside of all that follows
     app.add_middleware(
         BodyLimit,
-        upload_path=f"{PREFIX}/products",
+        upload_paths=frozenset({f"{PREFIX}/products", f"{PREFIX}/products/import"}),
         upload_max_bytes=settings.upload_max_bytes,
         body_max_bytes=settings.body_max_bytes,
     )

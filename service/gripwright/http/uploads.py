@@ -49,6 +49,27 @@ UPLOAD_SCHEMA: dict[str, Any] = {
     }
 }
 
+IMPORT_SCHEMA: dict[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "content": {
+            "multipart/form-data": {
+                "schema": {
+                    "type": "object",
+                    "required": ["package"],
+                    "properties": {
+                        "package": {
+                            "type": "array",
+                            "items": {"type": "string", "format": "binary"},
+                            "description": "packages (.zip), STEP assemblies, and archives (.zip) that hold such",
+                        }
+                    },
+                }
+            }
+        },
+    }
+}
+
 
 @dataclass(frozen=True, slots=True)
 class Upload:
@@ -108,16 +129,19 @@ def _write_single(folder: Path, files: tuple[UploadFile, ...]) -> Path:
             "the upload is no product",
             faults=(Fault("manifest", f"{len(files)} files and no manifest part; a .zip or a STEP assembly may stand alone"),),
         )
-    name = Path(files[0].filename or "").name
-    if format_of(name) == "step":
-        target = folder / _file_name(name)
-    elif name.lower().endswith(".zip"):
-        target = folder / "package.zip"
-    else:
-        fault = Fault(name or "package", "neither a .zip nor a STEP assembly (.step, .stp)")
-        raise InvalidInput("the upload is no product", faults=(fault,))
+    target = package_path(folder, Path(files[0].filename or "").name)
     _write(target, files[0])
     return target
+
+
+def package_path(folder: Path, name: str) -> Path:
+    """Where a package of that name is written; InvalidInput where it is neither an archive nor a STEP assembly."""
+    if format_of(name) == "step":
+        return folder / _file_name(name)
+    if name.lower().endswith(".zip"):
+        return folder / "package.zip"
+    fault = Fault(name or "package", "neither a .zip nor a STEP assembly (.step, .stp)")
+    raise InvalidInput("the upload is no product", faults=(fault,))
 
 
 def _write_folder(folder: Path, manifest: str | UploadFile, files: tuple[UploadFile, ...]) -> Path:

@@ -1,5 +1,6 @@
 """Products: read from an upload, stored whole or not at all, and changed without reading the CAD files again."""
 
+import hashlib
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
@@ -37,17 +38,12 @@ def register_product(session: Session, artifacts: ArtifactStore, product: Produc
 
     Content is what is designed from: other external ids are no other content, and those of the stored product stay.
     """
-    manifest, products = product.manifest, ProductRepository(session)
-    task = assembly_task(product)
-    sha256 = artifacts.put(dumps(task))
-    existing = products.find(manifest.part_number, manifest.revision)
+    manifest, task = product.manifest, assembly_task(product)
+    content = dumps(task)
+    existing = _same_product(session, manifest, hashlib.sha256(content).hexdigest())
     if existing is not None:
-        if existing.content_sha256 != sha256:
-            raise Conflict(
-                f"product {manifest.part_number} revision {manifest.revision!r} exists with other content: give a new revision",
-                product_id=existing.id,
-            )
         return existing, False
+    sha256 = artifacts.put(content)
     row = ProductRow(
         id=new_id(now),
         part_number=manifest.part_number,
@@ -63,8 +59,25 @@ def register_product(session: Session, artifacts: ArtifactStore, product: Produc
         components=[_component_row(artifacts, position, component) for position, component in enumerate(task.components)],
         external_ids=_external_id_rows(manifest),
     )
-    products.add(row)
+    ProductRepository(session).add(row)
     return row, True
+
+
+def check_product(session: Session, product: Product) -> tuple[ProductRow | None, str]:
+    """What `register_product` would find, with the sha-256 of the content; nothing is stored. Conflict as there."""
+    sha256 = hashlib.sha256(dumps(assembly_task(product))).hexdigest()
+    return _same_product(session, product.manifest, sha256), sha256
+
+
+def _same_product(session: Session, manifest: ProductManifest, sha256: str) -> ProductRow | None:
+    """The stored product of that part number and revision; Conflict where its content is another."""
+    existing = ProductRepository(session).find(manifest.part_number, manifest.revision)
+    if existing is not None and existing.content_sha256 != sha256:
+        raise Conflict(
+            f"product {manifest.part_number} revision {manifest.revision!r} exists with other content: give a new revision",
+            product_id=existing.id,
+        )
+    return existing
 
 
 def replace_operations(session: Session, artifacts: ArtifactStore, row: ProductRow, value: Any, now: datetime) -> None:
