@@ -83,8 +83,13 @@ class Settings(BaseSettings):
     plugins_strict: bool = Field(default=False, description="a plug-in that fails to load is an error")
     upload_max_bytes: int = Field(default=512 * 2**20, ge=1, description="of one product upload")
     upload_max_files: int = Field(default=1000, ge=1, description="parts of one product upload")
+    import_max_packages: int = Field(default=200, ge=1, description="of one import of products")
     body_max_bytes: int = Field(default=8 * 2**20, ge=1, description="of any other request body")
     gripper_set_timeout_s: float = Field(default=30.0, gt=0, description="longest synchronous gripper-set optimisation")
+    wait_max_s: int = Field(default=60, ge=0, le=3600, description="longest that `Prefer: wait` is granted")
+    wait_requests: int = Field(
+        default=100, ge=0, le=10_000, description="requests that may wait at a time; others are answered at once"
+    )
     webhook_private_targets: bool = Field(default=False, description="allow webhooks to loopback and private addresses")
     webhook_attempts: int = Field(default=8, ge=1, le=20, description="deliveries tried before a message is given up")
     access_required: bool = Field(default=False, description="ask for a key or token on loopback too; elsewhere always")

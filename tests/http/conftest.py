@@ -17,6 +17,9 @@ def app(tmp_path_factory):
         body_max_bytes=50_000,
         webhook_private_targets=True,
         gripper_set_timeout_s=20.0,
+        import_max_packages=5,
+        wait_max_s=20,
+        wait_requests=60,
     )
     return create_app(settings)
 

@@ -206,3 +206,46 @@ def test_the_archive_holds_the_whole_folder_and_is_the_same_each_time(client, de
         assert archive.testzip() is None
         assert archive.namelist() == ["bom.csv", "design.json", "grippers/G1/finger.step", "report.html"]
         assert json.loads(archive.read("design.json"))["status"] == "complete"
+
+
+def test_a_range_is_of_the_file_that_the_caller_has_begun_with(client, design_id, finish):
+    finish(design_id)
+    for path, media_type in (("files/grippers/G1/finger.step", "model/step"), ("package.zip", "application/zip")):
+        url = f"/api/v1/designs/{design_id}/{path}"
+        whole = client.get(url)
+        tag = whole.headers["ETag"]
+
+        part = client.get(url, headers={"Range": "bytes=5-", "If-Range": tag})
+        other = client.get(url, headers={"Range": "bytes=5-", "If-Range": '"other"'})
+
+        assert (part.status_code, part.content) == (206, whole.content[5:])
+        assert part.headers["Content-Range"] == f"bytes 5-{len(whole.content) - 1}/{len(whole.content)}"
+        assert (part.headers["content-type"], part.headers["ETag"]) == (media_type, tag)
+        assert (other.status_code, other.content) == (200, whole.content)
+        assert client.get(url, headers={"If-None-Match": tag}).status_code == 304
+
+
+def test_a_name_that_is_not_ascii_is_given_as_rfc_6266_says(client, service):
+    document = make_document()
+    document["components"][1]["id"] = document["operations"][0]["active"][0] = "Laufräd"
+    product = store_product(service.database, service.artifacts, document)
+
+    answer = client.get(f"/api/v1/products/{product}/components/Laufräd/mesh.glb")
+
+    assert answer.headers["content-disposition"] == "attachment; filename*=utf-8''Laufr%C3%A4d.glb"
+
+
+def test_the_bom_names_its_product_and_is_not_sent_twice(client, product_id, design_id, finish):
+    finish(design_id, operations=[{"id": "a"}, {"id": "b"}])
+    client.patch(f"/api/v1/products/{product_id}", json={"external_ids": {"plm": "1"}})
+    url = f"/api/v1/designs/{design_id}/bom"
+
+    tags = {}
+    for accept in ("application/json", "text/csv", XLSX):
+        answer = client.get(url, headers={"Accept": accept})
+        tags[accept] = answer.headers["ETag"]
+        assert client.get(url, headers={"Accept": accept, "If-None-Match": tags[accept]}).status_code == 304
+
+    assert len(set(tags.values())) == 3
+    product = client.get(url).json()["product"]
+    assert (product["id"], product["external_ids"]) == (product_id, {"plm": "1"})

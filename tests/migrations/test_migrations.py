@@ -82,12 +82,22 @@ def test_a_populated_database_of_the_first_version_keeps_its_rows(database):
                 "VALUES ('w1', 'https://plm.example', '[]', 'whsec_x', '2026-01-01 00:00:00')"
             )
         )
+        for statement in (
+            "INSERT INTO product (id, part_number, revision, name, content_sha256, task_sha256, manifest, warnings, version, "
+            "created_at, updated_at) VALUES ('p1', 'P', 'A', '', '', '', '{}', '[]', 1, '2026-01-01', '2026-01-01')",
+            "INSERT INTO design (id, product_id, product_version, task_sha256, actuators_sha256, options, created_at) "
+            "VALUES ('d1', 'p1', 1, '', '', '{}', '2026-01-01')",
+            "INSERT INTO job (id, status, fraction, stage, message, attempt, dispatched, cancel_requested, created_at, "
+            "finished_at) VALUES ('d1', 'succeeded', 1, '', '', 1, 1, 0, '2026-01-01 00:00:00', '2026-01-02 00:00:00')",
+        ):
+            connection.execute(text(statement))
     assert "api_key" not in inspect(database.read_engine).get_table_names()
 
     migrate(database)
 
     with database.read_engine.connect() as connection:
         assert connection.execute(text("SELECT id, url FROM webhook")).all() == [("w1", "https://plm.example")]
+        assert connection.scalar(text("SELECT updated_at FROM job")) == "2026-01-02 00:00:00"
         assert connection.scalar(text("SELECT count(*) FROM api_key")) == 0
         assert connection.scalar(text("SELECT count(*) FROM audit")) == 0
     assert differences(database) == []

@@ -74,8 +74,8 @@ class ArchiveFiles:
         return data
 
 
-def open_archive(data: bytes, label: str, limits: Limits) -> ArchiveFiles:
-    """A zip archive whose directory keeps to the limits; `label` names it in messages.
+def open_archive(data: bytes, label: str, limits: Limits, *, of_packages: bool = False) -> ArchiveFiles:
+    """A zip archive whose directory keeps to the limits; `label` names it in messages. One `of_packages` may hold .zip files.
 
     InvalidInput for names that lead out, links, encryption, names given twice and archives inside; LimitExceeded for
     what would be too much.
@@ -90,7 +90,7 @@ def open_archive(data: bytes, label: str, limits: Limits) -> ArchiveFiles:
     entries: dict[str, zipfile.ZipInfo] = {}
     faults = []
     for info in infos:
-        message = _entry_fault(info)
+        message = _entry_fault(info, _ARCHIVES - {".zip"} if of_packages else _ARCHIVES)
         if message is None and info.filename in entries:
             message = "given twice in the archive"
         if message is not None:
@@ -102,7 +102,7 @@ def open_archive(data: bytes, label: str, limits: Limits) -> ArchiveFiles:
     return ArchiveFiles(archive, entries, limits)
 
 
-def _entry_fault(info: zipfile.ZipInfo) -> str | None:
+def _entry_fault(info: zipfile.ZipInfo, refused: frozenset[str]) -> str | None:
     path = PurePosixPath(info.filename)
     if path.is_absolute() or ".." in path.parts or "\\" in info.orig_filename or ":" in info.filename:
         return "the path leads out of the package"
@@ -110,7 +110,7 @@ def _entry_fault(info: zipfile.ZipInfo) -> str | None:
         return "a symbolic link"
     if info.flag_bits & _ENCRYPTED:
         return "encrypted"
-    if path.suffix.lower() in _ARCHIVES:
+    if path.suffix.lower() in refused:
         return "an archive inside the archive"
     return None
 

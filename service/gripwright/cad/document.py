@@ -72,7 +72,8 @@ def faults_of(error: ValidationError, *prefix: str | int) -> list[Fault]:
     faults = []
     for entry in error.errors(include_url=False):
         context = entry.get("ctx", {})
-        steps = (*prefix, *entry["loc"], *context.get("at", ()))  # a validator of a whole object names the member that it blames
+        location = entry["loc"][:-1] if entry["loc"][-1:] == ("[key]",) else entry["loc"]  # a name at fault is its member's fault
+        steps = (*prefix, *location, *context.get("at", ()))  # a validator of a whole object names the member that it blames
         message = _MESSAGES[entry["type"]].format_map(context) if entry["type"] in _MESSAGES else entry["msg"]
         faults.append(Fault(pointer=pointer(*steps), message=message))
     return faults

@@ -95,6 +95,11 @@ Line = Annotated[str, Field(max_length=500), AfterValidator(_check_line)]
 Note = Annotated[str, Field(max_length=10_000), AfterValidator(_check_note)]
 Id = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_check_id)]
 Pose = Annotated[Rows, AfterValidator(_nearest_rigid)]
+SystemName = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+ExternalId = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_check_line), AfterValidator(_check_part_number)]
+ExternalIds = Annotated[
+    dict[SystemName, ExternalId], Field(max_length=20, description="name of another system → the id that it has there")
+]
 FileName = Annotated[str, Field(min_length=1, max_length=500), AfterValidator(check_file_name)]
 
 IDENTITY_POSE: Rows = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
@@ -164,6 +169,7 @@ class ComponentEntry(_FileEntry):
     friction: Annotated[Number, Field(gt=0, le=5, description="coefficient of friction")] = 0.2
     no_grasp: tuple[RegionEntry, ...] = ()
     may_grasp: tuple[RegionEntry, ...] = ()
+    external_ids: ExternalIds = {}
 
 
 class ObstacleEntry(_FileEntry):
@@ -207,6 +213,7 @@ class ProductManifest(_Entry):
     part_number: Annotated[Line, AfterValidator(_check_part_number)]
     revision: Line = ""
     name: Line = ""
+    external_ids: ExternalIds = {}
     components: tuple[ComponentEntry, ...] = Field(min_length=1, max_length=5000)
     environment: tuple[ObstacleEntry, ...] = Field(default=(), max_length=5000)
     operations: tuple[OperationEntry, ...] = Field(default=(), max_length=20_000)

@@ -10,6 +10,7 @@ import uvicorn
 
 from gripwright.http.app import create_app
 from gripwright.http.gate import require_way_in
+from gripwright.http.protocol import ProblemProtocol
 from gripwright.jobs.supervisor import Supervisor
 from gripwright.settings import Settings, load_settings
 from gripwright.store.columns import utc_now
@@ -36,6 +37,7 @@ def serve(
         create_app(settings),
         host=settings.host,
         port=settings.port,
+        http=ProblemProtocol,
         log_config=None,
         access_log=False,
         server_header=False,

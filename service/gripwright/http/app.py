@@ -8,8 +8,10 @@ from starlette.middleware.errors import ServerErrorMiddleware
 
 import gripwright
 from gripwright.http.access import Access, Cors
+from gripwright.http.addresses import Addresses
 from gripwright.http.body_limit import BodyLimit
 from gripwright.http.errors import defect_problem, register_error_handlers
+from gripwright.http.head import Head
 from gripwright.http.observed import REQUEST_ID, Observed
 from gripwright.http.openapi import describe_problems
 from gripwright.http.routers import (
@@ -28,6 +30,7 @@ from gripwright.http.routers import (
     workers,
 )
 from gripwright.http.state import State
+from gripwright.http.waiting import Waiting
 from gripwright.settings import Settings
 from gripwright.store.columns import utc_now
 from gripwright.store.migrate import prepare
@@ -35,8 +38,30 @@ from gripwright.store.migrate import prepare
 PREFIX = "/api/v1"
 
 _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
-_SENT = ("Authorization", "Content-Type", "Idempotency-Key", "If-Match", "If-None-Match", "Last-Event-ID", "Range", REQUEST_ID)
-_SHOWN = ("Content-Disposition", "ETag", "Link", "Location", "Retry-After", "WWW-Authenticate", REQUEST_ID)
+_SENT = (
+    "Authorization",
+    "Content-Type",
+    "Idempotency-Key",
+    "If-Match",
+    "If-None-Match",
+    "If-Range",
+    "Last-Event-ID",
+    "Prefer",
+    "Range",
+    REQUEST_ID,
+)
+_SHOWN = (
+    "Accept-Patch",
+    "Content-Disposition",
+    "Content-Range",
+    "ETag",
+    "Link",
+    "Location",
+    "Preference-Applied",
+    "Retry-After",
+    "WWW-Authenticate",
+    REQUEST_ID,
+)
 
 _DESCRIPTION = (
     "Reads CAD models and an assembly sequence, answers with the smallest set of robot grippers: actuators to buy, "
@@ -94,13 +119,16 @@ def create_app(settings: Settings) -> FastAPI:
 def _add_middleware(app: FastAPI, service: State) -> None:
     """The innermost first."""
     settings = service.settings
+    app.add_middleware(Head)
+    app.add_middleware(Waiting, watch=service.ends, wait_max_s=settings.wait_max_s)
     app.add_middleware(ServerErrorMiddleware, handler=defect_problem)  # the framework's own is outside of all that follows
     app.add_middleware(
         BodyLimit,
-        upload_path=f"{PREFIX}/products",
+        upload_paths=frozenset({f"{PREFIX}/products", f"{PREFIX}/products/import"}),
         upload_max_bytes=settings.upload_max_bytes,
         body_max_bytes=settings.body_max_bytes,
     )
+    app.add_middleware(Addresses)
     app.add_middleware(Access, gate=service.gate, audit=service.audit, origins=settings.cors_origins)
     if settings.cors_origins:
         app.add_middleware(

@@ -8,10 +8,10 @@ from gripwright.http.errors import problem
 
 
 class BodyLimit:
-    """ASGI middleware: `upload_max_bytes` for uploads to `upload_path`, `body_max_bytes` for everything else."""
+    """ASGI middleware: `upload_max_bytes` for uploads to `upload_paths`, `body_max_bytes` for everything else."""
 
-    def __init__(self, app: ASGIApp, *, upload_path: str, upload_max_bytes: int, body_max_bytes: int) -> None:
-        self._app, self._upload_path = app, upload_path
+    def __init__(self, app: ASGIApp, *, upload_paths: frozenset[str], upload_max_bytes: int, body_max_bytes: int) -> None:
+        self._app, self._upload_paths = app, upload_paths
         self._upload_max_bytes, self._body_max_bytes = upload_max_bytes, body_max_bytes
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -19,7 +19,7 @@ class BodyLimit:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        limit = self._upload_max_bytes if scope["path"] == self._upload_path else self._body_max_bytes
+        limit = self._upload_max_bytes if scope["path"] in self._upload_paths else self._body_max_bytes
         announced = Headers(scope=scope).get("content-length", "")
         if announced.isdigit() and int(announced) > limit:
             await problem(413, "limit-exceeded", _detail(int(announced), limit))(scope, receive, send)

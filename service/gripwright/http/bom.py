@@ -14,23 +14,29 @@ from gripwright.store.media_types import media_type_of
 JSON = "application/json"
 CSV = "text/csv"
 XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
-
+FORMS = (JSON, CSV, XLSX)
 
 View = Literal["by-gripper", "flat", "levels"]
 
 _NAMES: Mapping[View, str] = {"by-gripper": BY_GRIPPER, "flat": FLAT, "levels": LEVELS}
 
 
-def bom_response(document: Mapping[str, Any], view: View, accept: str, name: str) -> Response:
-    """The bill of a design document in one of its forms, as JSON, CSV or XLSX, whichever `accept` likes best."""
-    media_type = preferred(accept, (JSON, CSV, XLSX))
+def bom_response(
+    document: Mapping[str, Any],
+    product: Mapping[str, Any],
+    view: View,
+    media_type: str,
+    name: str,
+    headers: Mapping[str, str],
+) -> Response:
+    """The bill of a design document in one of its forms, as one of FORMS."""
     columns, rows = bom_views(document, [bom_row(row) for row in document["bom"]])[_NAMES[view]]
     if media_type == JSON:
-        return JSONResponse({"items": rows}, headers={"Vary": "Accept"})
+        return JSONResponse({"product": product, "items": rows}, headers=headers)
     ending = "csv" if media_type == CSV else "xlsx"
-    headers = {"Content-Disposition": f'attachment; filename="{name}.{ending}"', "Vary": "Accept"}
     content = bom_csv(rows, columns).encode() if media_type == CSV else bom_workbook({_NAMES[view]: rows})
-    return Response(content, media_type=media_type_of(f"bom.{ending}"), headers=headers)
+    disposition = {"Content-Disposition": f'attachment; filename="{name}.{ending}"'}
+    return Response(content, media_type=media_type_of(f"bom.{ending}"), headers={**headers, **disposition})
 
 
 def preferred(accept: str, offered: tuple[str, ...]) -> str:

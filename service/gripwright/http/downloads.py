@@ -1,8 +1,12 @@
 """Files and archives as responses."""
 
+import hashlib
 import re
 import tempfile
 import zipfile
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
 
 from fastapi import Response, status
 from fastapi.responses import FileResponse
@@ -13,6 +17,7 @@ from starlette.types import Receive, Scope, Send
 
 from gripwright.domain.errors import NotFound
 from gripwright.http.errors import problem
+from gripwright.http.head import IS_HEAD
 from gripwright.http.preconditions import is_known
 from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.models import DesignRow
@@ -23,20 +28,35 @@ _REPORT_POLICY = (
     "sandbox allow-scripts; default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; "
     "frame-ancestors 'none'"
 )
+_PART_BYTES = 2**20
 _RANGE = re.compile(r"\s*bytes\s*=\s*(?P<first>\d{0,18})\s*-\s*(?P<last>\d{0,18})\s*", re.IGNORECASE)
 
 
-class _StoredFile(FileResponse):
-    """An artifact, whole or a range of it, passed on as it is read: from a folder and from other storage alike.
+Parts = Callable[[int, int], Iterator[bytes]]
+"""Reads a file from one byte up to another."""
+
+
+class _Download(FileResponse):
+    """A file, whole or a range of it, passed on as it is read: from a folder and from other storage alike.
 
     Several ranges at once are answered with the whole, as the standard allows.
     """
 
-    def __init__(self, artifacts: ArtifactStore, sha256: str, *, media_type: str, headers: dict[str, str], name: str) -> None:
+    def __init__(
+        self,
+        parts: Parts,
+        size: int,
+        *,
+        media_type: str,
+        headers: dict[str, str],
+        name: str,
+        background: BackgroundTask | None = None,
+    ) -> None:
         kind = "inline" if media_type.partition(";")[0] in _INLINE else "attachment"
-        super().__init__(sha256, media_type=media_type, headers=headers, filename=name, content_disposition_type=kind)
-        self._artifacts, self._sha256 = artifacts, sha256
-        self._size = artifacts.size(sha256)
+        super().__init__(
+            name, media_type=media_type, headers=headers, filename=name, content_disposition_type=kind, background=background
+        )
+        self._parts, self._size = parts, size
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send it."""
@@ -52,10 +72,12 @@ class _StoredFile(FileResponse):
             self.headers["content-range"] = f"bytes {start}-{stop - 1}/{self._size}"
         self.headers["content-length"] = str(stop - start)
         await send({"type": "http.response.start", "status": self.status_code, "headers": self.raw_headers})
-        if scope["method"].upper() != "HEAD":
-            async for part in iterate_in_threadpool(self._artifacts.parts(self._sha256, start, stop)):
+        if scope["method"].upper() != "HEAD" and not scope["state"].get(IS_HEAD, False):
+            async for part in iterate_in_threadpool(self._parts(start, stop)):
                 await send({"type": "http.response.body", "body": part, "more_body": True})
         await send({"type": "http.response.body", "body": b"", "more_body": False})
+        if self.background is not None:
+            await self.background()
 
     def _asked(self, headers: Headers) -> tuple[int, int] | None:
         """Start and stop of the range that is asked for, empty where the file has none of it; None: the whole is."""
@@ -78,22 +100,37 @@ def file_response(artifacts: ArtifactStore, sha256: str, *, media_type: str, nam
         return Response(status_code=status.HTTP_304_NOT_MODIFIED, headers=headers)
     if media_type.partition(";")[0] == "text/html":
         headers["Content-Security-Policy"] = _REPORT_POLICY
-    return _StoredFile(artifacts, sha256, media_type=media_type, headers=headers, name=name)
+    parts = partial(artifacts.parts, sha256)
+    return _Download(parts, artifacts.size(sha256), media_type=media_type, headers=headers, name=name)
 
 
-def archive_response(design: DesignRow, artifacts: ArtifactStore) -> Response:
-    """All files of a design folder as a .zip."""
+def archive_response(design: DesignRow, artifacts: ArtifactStore, if_none_match: str | None) -> Response:
+    """All files of a design folder as a .zip. The ETag is the sha-256 of what it holds, and known before it is packed."""
     if not design.files:
         raise NotFound(f"design {design.id} has no files: it is {design.job.status}", design_id=design.id)
+    content = "".join(f"{row.sha256} {row.path}\n" for row in design.files)
+    tag = f'"{hashlib.sha256(content.encode()).hexdigest()}"'
+    headers = {"ETag": tag, "Cache-Control": "private, no-cache"}
+    if is_known(if_none_match, tag):
+        return Response(status_code=status.HTTP_304_NOT_MODIFIED, headers=headers)
     target = tempfile.NamedTemporaryFile(prefix="gripwright-", suffix=".zip")  # noqa: SIM115 - closed, and gone, after the response
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         for row in design.files:
             with archive.open(zipfile.ZipInfo(row.path, _EPOCH), "w") as member:
                 member.write(artifacts.get(row.sha256))
     target.flush()
-    return FileResponse(
-        target.name,
+    return _Download(
+        partial(_parts_of, Path(target.name)),
+        target.tell(),
         media_type="application/zip",
-        filename=f"design-{design.id}.zip",
+        headers=headers,
+        name=f"design-{design.id}.zip",
         background=BackgroundTask(target.close),
     )
+
+
+def _parts_of(path: Path, start: int, stop: int) -> Iterator[bytes]:
+    with path.open("rb") as file:
+        file.seek(start)
+        while (left := stop - file.tell()) > 0 and (part := file.read(min(left, _PART_BYTES))):
+            yield part

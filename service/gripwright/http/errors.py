@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from http import HTTPStatus
 from typing import Any
 
-from fastapi import FastAPI, Request
+from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from sqlalchemy.exc import DataError, IntegrityError, OperationalError
@@ -13,8 +13,11 @@ from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
 from gripwright.domain.errors import Fault, GripwrightError
+from gripwright.http.head import STREAM
 
 _log = logging.getLogger(__name__)
+
+_SHOWN_OF_PATH = 200
 
 STATUS_OF_CODE: Mapping[str, int] = {
     "invalid-input": 422,
@@ -37,6 +40,9 @@ STATUS_OF_CODE: Mapping[str, int] = {
     "storage-refused": 500,
     "insufficient-storage": 507,
 }
+
+
+MERGE_PATCH_TYPES = ("application/merge-patch+json", "application/json")
 
 
 class PreconditionFailed(GripwrightError):
@@ -111,6 +117,8 @@ def domain_problem(request: Request, error: Exception) -> JSONResponse:
     elif error.code == "scope-missing":
         needed = error.context["scope"]
         headers = {"WWW-Authenticate": f'Bearer realm="gripwright", error="insufficient_scope", scope="{needed}"'}
+    elif status == 415 and request.method == "PATCH":
+        headers = {"Accept-Patch": ", ".join(MERGE_PATCH_TYPES)}
     return problem(status, error.code, error.detail, faults=error.faults, headers=headers)
 
 
@@ -120,7 +128,10 @@ def _validation_problem(request: Request, error: Exception) -> JSONResponse:
     content_type = request.headers.get("content-type", "")
     if any(entry["loc"][0] == "body" for entry in entries) and content_type and "json" not in content_type:
         return problem(415, "unsupported-media-type", f"the body must be JSON, it is {content_type}")
-    faults = [Fault(pointer=_pointer(entry["loc"]), message=_message(entry)) for entry in entries]
+    faults = [
+        Fault(pointer="" if entry["type"] == "json_invalid" else _pointer(entry["loc"]), message=_message(entry))
+        for entry in entries
+    ]
     return problem(422, "invalid-input", "the request cannot be used", faults=faults)
 
 
@@ -132,32 +143,39 @@ def _pointer(location: Sequence[str | int]) -> str:
 
 def _message(entry: Mapping[str, Any]) -> str:
     reason = entry.get("ctx", {}).get("error")
-    return f"{entry['msg']}: {reason}" if entry["type"] == "json_invalid" else str(entry["msg"])
+    if entry["type"] == "json_invalid":
+        return f"{entry['msg']} at character {entry['loc'][-1]}: {reason}"
+    return str(entry["msg"])
 
 
-def _framework_problem(request: Request, error: Exception) -> JSONResponse:
+def _framework_problem(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
+    if error.status_code == 405 and request.method == "OPTIONS":
+        return Response(status_code=204, headers=_options(_methods(request, error)))
     code = HTTPStatus(error.status_code).phrase.lower().replace(" ", "-")
     headers = dict(error.headers or {})
     if error.status_code == 405:
-        headers["Allow"] = ", ".join(_methods(request)) or headers.get("Allow", "")
+        headers["Allow"] = ", ".join(_methods(request, error))
     if error.status_code in (404, 405):
-        detail = f"there is no {request.method} {request.url.path}"
+        detail = f"there is no {request.method} {request.url.path[:_SHOWN_OF_PATH]}"
     else:
         detail = str(error.detail)
     return problem(error.status_code, code, detail, headers=headers)
 
 
-def _methods(request: Request) -> list[str]:
-    """What the documented path that was asked for allows; the framework names the methods of one of its routes only."""
-    return sorted(
-        {
-            method.upper()
-            for template, operations in request.app.openapi()["paths"].items()
-            if compile_path(template)[0].match(request.url.path)
-            for method in operations
-        }
-    )
+def _options(methods: Sequence[str]) -> dict[str, str]:
+    patches = {"Accept-Patch": ", ".join(MERGE_PATCH_TYPES)} if "PATCH" in methods else {}
+    return {"Allow": ", ".join(methods), **patches}
+
+
+def _methods(request: Request, error: HTTPException) -> list[str]:
+    """What the path that was asked for allows; the framework names the methods of one of its routes only."""
+    named = {word.strip() for word in (error.headers or {}).get("Allow", "").split(",") if word}
+    for template, operations in request.app.openapi()["paths"].items():
+        if compile_path(template)[0].match(request.url.path):
+            named |= {method.upper() for method in operations}
+    implied = {"OPTIONS"} | ({"HEAD"} if "GET" in named and not request.url.path.endswith(STREAM) else set())
+    return sorted(named | implied)
 
 
 def _integrity_problem(request: Request, error: Exception) -> JSONResponse:

@@ -9,6 +9,8 @@ from gripwright.http.errors import PreconditionFailed, PreconditionRequired
 
 IfMatch = Annotated[str | None, Header(alias="If-Match", description="the ETag that the change is meant for")]
 IfNoneMatch = Annotated[str | None, Header(alias="If-None-Match", description="an ETag that the caller has already")]
+IfRange = Annotated[str | None, Header(alias="If-Range", description="the ETag that a range is meant for; else all is sent")]
+Range = Annotated[str | None, Header(alias="Range", description="`bytes=0-999`: a part of the file", examples=["bytes=0-999"])]
 
 ABSENT = ""
 """The tag of what is not there: no `If-Match` matches it, not even `*`."""
@@ -45,4 +47,5 @@ def _names(header: str, tag: str, *, weak: bool) -> bool:
     """Whether a list of tags, or `*`, names this one; If-Match asks for strong comparison."""
     if header.strip() == "*":
         return True
-    return any(match[1] == tag and (weak or not match[0].startswith("W/")) for match in _TAG.finditer(header))
+    bare = tag.removeprefix("W/")
+    return any(match[1] == bare and (weak or not match[0].startswith("W/")) for match in _TAG.finditer(header))

@@ -1,5 +1,6 @@
 """Multipart uploads of products, written to a folder of their own for the time of the request."""
 
+import os
 import shutil
 import tempfile
 from collections.abc import AsyncIterator, Iterator
@@ -18,6 +19,9 @@ from gripwright.cad.package import DOCUMENT
 from gripwright.domain.errors import Fault, InvalidInput
 from gripwright.http.deps import Service
 from gripwright.http.errors import UnsupportedMediaType
+
+_NAME_BYTES = 255  # as file systems have it
+_PATH_CHARACTERS = 500  # as product.json has it
 
 UPLOAD_SCHEMA: dict[str, Any] = {
     "requestBody": {
@@ -38,6 +42,27 @@ UPLOAD_SCHEMA: dict[str, Any] = {
                             "items": {"type": "string", "format": "binary"},
                             "description": "the CAD files that the manifest names, by their file names",
                         },
+                    },
+                }
+            }
+        },
+    }
+}
+
+IMPORT_SCHEMA: dict[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "content": {
+            "multipart/form-data": {
+                "schema": {
+                    "type": "object",
+                    "required": ["package"],
+                    "properties": {
+                        "package": {
+                            "type": "array",
+                            "items": {"type": "string", "format": "binary"},
+                            "description": "packages (.zip), STEP assemblies, and archives (.zip) that hold such",
+                        }
                     },
                 }
             }
@@ -104,16 +129,19 @@ def _write_single(folder: Path, files: tuple[UploadFile, ...]) -> Path:
             "the upload is no product",
             faults=(Fault("manifest", f"{len(files)} files and no manifest part; a .zip or a STEP assembly may stand alone"),),
         )
-    name = Path(files[0].filename or "").name
-    if format_of(name) == "step":
-        target = folder / name
-    elif name.lower().endswith(".zip"):
-        target = folder / "package.zip"
-    else:
-        fault = Fault(name or "package", "neither a .zip nor a STEP assembly (.step, .stp)")
-        raise InvalidInput("the upload is no product", faults=(fault,))
+    target = package_path(folder, Path(files[0].filename or "").name)
     _write(target, files[0])
     return target
+
+
+def package_path(folder: Path, name: str) -> Path:
+    """Where a package of that name is written; InvalidInput where it is neither an archive nor a STEP assembly."""
+    if format_of(name) == "step":
+        return folder / _file_name(name)
+    if name.lower().endswith(".zip"):
+        return folder / "package.zip"
+    fault = Fault(name or "package", "neither a .zip nor a STEP assembly (.step, .stp)")
+    raise InvalidInput("the upload is no product", faults=(fault,))
 
 
 def _write_folder(folder: Path, manifest: str | UploadFile, files: tuple[UploadFile, ...]) -> Path:
@@ -122,22 +150,44 @@ def _write_folder(folder: Path, manifest: str | UploadFile, files: tuple[UploadF
         (folder / DOCUMENT).write_bytes(manifest.encode())
     else:
         _write(folder / DOCUMENT, manifest)
-    faults = []
+    faults: list[Fault] = []
     for part in files:
         name = part.filename or ""
         try:
-            target = folder / check_file_name(name)
-        except PydanticCustomError as error:
-            faults.append(Fault(name or "files", error.message()))
+            target = folder / _file_name(name)
+        except InvalidInput as error:
+            faults += error.faults
             continue
-        if target.exists():
-            faults.append(Fault(name, "given twice"))
+        if target.exists() or not _make_folder(target.parent):
+            faults.append(Fault(name, "given twice, or beside a file of the name of its folder"))
             continue
-        target.parent.mkdir(parents=True, exist_ok=True)
         _write(target, part)
     if faults:
         raise InvalidInput("the upload has files that cannot be used", faults=tuple(faults))
     return folder
+
+
+def _file_name(name: str) -> str:
+    """A name that a file can have; InvalidInput otherwise."""
+    try:
+        checked = check_file_name(name)
+    except PydanticCustomError as error:
+        raise InvalidInput("the upload is no product", faults=(Fault(name or "files", error.message()),)) from None
+    longest = max(len(os.fsencode(part)) for part in checked.split("/"))
+    if longest > _NAME_BYTES or len(checked) > _PATH_CHARACTERS:
+        sizes = f"a name of {longest} bytes in a path of {len(checked)} characters"
+        message = f"{sizes}, at most {_NAME_BYTES} and {_PATH_CHARACTERS}"
+        raise InvalidInput("the upload is no product", faults=(Fault(name, message),))
+    return checked
+
+
+def _make_folder(folder: Path) -> bool:
+    """Whether there is such a folder now; a file of that name may be in the way."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        return False
+    return True
 
 
 def _write(target: Path, part: UploadFile) -> None:

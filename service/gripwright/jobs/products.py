@@ -1,5 +1,6 @@
 """Products: read from an upload, stored whole or not at all, and changed without reading the CAD files again."""
 
+import hashlib
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
@@ -19,11 +20,12 @@ from gripwright.domain.shape import Mesh
 from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.columns import new_id
 from gripwright.store.designs import DesignRepository
-from gripwright.store.models import ComponentRow, ProductRow
+from gripwright.store.models import ComponentRow, ExternalIdRow, ProductRow
 from gripwright.store.products import ProductRepository
 
 TASK_TYPES = record_types((AssemblyTask, Component, GraspRegion, Mesh, Obstacle, Operation))
-CHANGEABLE = ("no_grasp", "may_grasp", "density", "friction")
+CHANGEABLE = ("no_grasp", "may_grasp", "density", "friction", "external_ids")  # of a component
+CHANGEABLE_OF_PRODUCT = ("name", "external_ids")
 
 
 def read_upload(path: Path, limits: Limits) -> Product:
@@ -32,18 +34,16 @@ def read_upload(path: Path, limits: Limits) -> Product:
 
 
 def register_product(session: Session, artifacts: ArtifactStore, product: Product, now: datetime) -> tuple[ProductRow, bool]:
-    """Store a product; whether it is new comes second. Conflict where its part number and revision have other content."""
-    manifest, products = product.manifest, ProductRepository(session)
-    task = assembly_task(product)
-    sha256 = artifacts.put(dumps(task))
-    existing = products.find(manifest.part_number, manifest.revision)
+    """Store a product; whether it is new comes second. Conflict where its part number and revision have other content.
+
+    Content is what is designed from: other external ids are no other content, and those of the stored product stay.
+    """
+    manifest, task = product.manifest, assembly_task(product)
+    content = dumps(task)
+    existing = _same_product(session, manifest, hashlib.sha256(content).hexdigest())
     if existing is not None:
-        if existing.content_sha256 != sha256:
-            raise Conflict(
-                f"product {manifest.part_number} revision {manifest.revision!r} exists with other content: give a new revision",
-                product_id=existing.id,
-            )
         return existing, False
+    sha256 = artifacts.put(content)
     row = ProductRow(
         id=new_id(now),
         part_number=manifest.part_number,
@@ -57,9 +57,27 @@ def register_product(session: Session, artifacts: ArtifactStore, product: Produc
         created_at=now,
         updated_at=now,
         components=[_component_row(artifacts, position, component) for position, component in enumerate(task.components)],
+        external_ids=_external_id_rows(manifest),
     )
-    products.add(row)
+    ProductRepository(session).add(row)
     return row, True
+
+
+def check_product(session: Session, product: Product) -> tuple[ProductRow | None, str]:
+    """What `register_product` would find, with the sha-256 of the content; nothing is stored. Conflict as there."""
+    sha256 = hashlib.sha256(dumps(assembly_task(product))).hexdigest()
+    return _same_product(session, product.manifest, sha256), sha256
+
+
+def _same_product(session: Session, manifest: ProductManifest, sha256: str) -> ProductRow | None:
+    """The stored product of that part number and revision; Conflict where its content is another."""
+    existing = ProductRepository(session).find(manifest.part_number, manifest.revision)
+    if existing is not None and existing.content_sha256 != sha256:
+        raise Conflict(
+            f"product {manifest.part_number} revision {manifest.revision!r} exists with other content: give a new revision",
+            product_id=existing.id,
+        )
+    return existing
 
 
 def replace_operations(session: Session, artifacts: ArtifactStore, row: ProductRow, value: Any, now: datetime) -> None:
@@ -73,17 +91,10 @@ def replace_operations(session: Session, artifacts: ArtifactStore, row: ProductR
 def change_component(
     session: Session, artifacts: ArtifactStore, row: ProductRow, component: ComponentRow, patch: Mapping[str, Any], now: datetime
 ) -> None:
-    """Merge a patch (RFC 7396) into a component's affordance, density and friction; null restores the default."""
-    faults = [
-        Fault(pointer=f"/{name}", message=f"cannot be changed; {', '.join(CHANGEABLE)} can")
-        for name in patch
-        if name not in CHANGEABLE
-    ]
-    if faults:
-        raise InvalidInput("the component cannot be changed so", faults=tuple(faults))
+    """Merge a patch (RFC 7396) into what may be changed of a component; null restores the default."""
+    _check_names(patch, CHANGEABLE, "component")
     entries = list(row.manifest["components"])
-    merged = {**entries[component.position], **patch}
-    entries[component.position] = {name: value for name, value in merged.items() if value is not None}
+    entries[component.position] = _merged(entries[component.position], patch)
     prefix = f"/components/{component.position}"
     try:
         manifest = manifest_of({**row.manifest, "components": entries})
@@ -91,6 +102,39 @@ def change_component(
         faults = [Fault(pointer=fault.pointer.removeprefix(prefix), message=fault.message) for fault in error.faults]
         raise InvalidInput("the component cannot be changed so", faults=tuple(faults)) from None
     _change(session, artifacts, row, manifest, now)
+
+
+def change_product(session: Session, artifacts: ArtifactStore, row: ProductRow, patch: Mapping[str, Any], now: datetime) -> None:
+    """Merge a patch (RFC 7396) into a product's name and external ids; null restores the default."""
+    _check_names(patch, CHANGEABLE_OF_PRODUCT, "product")
+    manifest = manifest_of(_merged(row.manifest, patch))
+    row.name, row.external_ids = manifest.name, _external_id_rows(manifest)
+    _change(session, artifacts, row, manifest, now)
+
+
+def _check_names(patch: Mapping[str, Any], changeable: tuple[str, ...], what: str) -> None:
+    faults = [
+        Fault(pointer="/" + name.replace("~", "~0").replace("/", "~1"), message=f"cannot be changed; {', '.join(changeable)} can")
+        for name in patch
+        if name not in changeable
+    ]
+    if faults:
+        raise InvalidInput(f"the {what} cannot be changed so", faults=tuple(faults))
+
+
+def _merged(target: Mapping[str, Any], patch: Mapping[str, Any]) -> dict[str, Any]:
+    """A document with a patch merged in. No member that may be changed holds objects in objects: two levels are enough."""
+    merged = dict(target)
+    for name, value in patch.items():
+        if isinstance(value, Mapping):
+            present = merged.get(name)
+            inner = {**(present if isinstance(present, Mapping) else {}), **value}
+            merged[name] = {key: element for key, element in inner.items() if element is not None}
+        elif value is None:
+            merged.pop(name, None)
+        else:
+            merged[name] = value
+    return merged
 
 
 def component_mesh(session: Session, product_id: str, component_id: str, colour: str | None) -> str:
@@ -127,6 +171,10 @@ def _change(session: Session, artifacts: ArtifactStore, row: ProductRow, manifes
 
 def _document(manifest: ProductManifest) -> dict[str, Any]:
     return manifest.model_dump(mode="json")
+
+
+def _external_id_rows(manifest: ProductManifest) -> list[ExternalIdRow]:
+    return [ExternalIdRow(system=system, value=value) for system, value in manifest.external_ids.items()]
 
 
 def _component_row(artifacts: ArtifactStore, position: int, component: Component) -> ComponentRow:

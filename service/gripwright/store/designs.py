@@ -1,12 +1,12 @@
 """All SQL about designs, their files and jobs as callers see them."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any
 
 from sqlalchemy import func, select, tuple_
-from sqlalchemy.orm import Session, joinedload
+from sqlalchemy.orm import Session, contains_eager
 
 from gripwright.domain.errors import Conflict, NotFound
 from gripwright.store.events import queue_webhooks, record_event
@@ -58,6 +58,7 @@ class DesignRepository:
             recoveries=0,
             worker="",
             failed_step=None,
+            updated_at=now,
         )
         self._session.add(design)
         self._session.flush()
@@ -112,17 +113,39 @@ class JobRepository:
         """The job, if it is there still."""
         return self._session.get(JobRow, job_id)
 
-    def page(self, *, after: Cursor | None, limit: int, status: str | None, product_id: str | None) -> list[JobRow]:
-        """Up to `limit` jobs, the newest first, strictly after the cursor."""
-        query = select(JobRow).options(joinedload(JobRow.design).joinedload(DesignRow.product))
-        query = query.order_by(JobRow.created_at.desc(), JobRow.id.desc()).limit(limit)
+    def page(
+        self,
+        *,
+        after: Cursor | None,
+        limit: int,
+        status: str | None = None,
+        outcome: str | None = None,
+        product_id: str | None = None,
+        updated_since: datetime | None = None,
+    ) -> list[JobRow]:
+        """Up to `limit` jobs strictly after the cursor, the newest first; with `updated_since`, in order of (updated_at, id)."""
+        query = select(JobRow).join(JobRow.design).options(contains_eager(JobRow.design).joinedload(DesignRow.product))
         if status is not None:
             query = query.where(JobRow.status == status)
+        if outcome is not None:
+            query = query.where(DesignRow.outcome == outcome)
         if product_id is not None:
-            query = query.join(DesignRow, DesignRow.id == JobRow.id).where(DesignRow.product_id == product_id)
-        if after is not None:
-            query = query.where(tuple_(JobRow.created_at, JobRow.id) < (after.created_at, after.id))
-        return list(self._session.scalars(query))
+            query = query.where(DesignRow.product_id == product_id)
+        if updated_since is None:
+            query = query.order_by(JobRow.created_at.desc(), JobRow.id.desc())
+            if after is not None:
+                query = query.where(tuple_(JobRow.created_at, JobRow.id) < (after.created_at, after.id))
+        else:
+            query = query.where(JobRow.updated_at >= updated_since).order_by(JobRow.updated_at, JobRow.id)
+            if after is not None:
+                query = query.where(tuple_(JobRow.updated_at, JobRow.id) > (after.created_at, after.id))
+        return list(self._session.scalars(query.limit(limit)))
+
+    def unfinished(self, job_ids: Iterable[str]) -> set[str]:
+        """Those of the jobs that are queued or running."""
+        return set(
+            self._session.scalars(select(JobRow.id).where(JobRow.id.in_(job_ids), JobRow.status.in_(("queued", "running"))))
+        )
 
     def counts(self) -> dict[str, int]:
         """How many jobs there are of each status."""
@@ -140,7 +163,7 @@ class JobRepository:
             record_event(self._session, job, "status", now)
             queue_webhooks(self._session, job.design, "cancelled", now)
         elif job.status == "running":
-            job.cancel_requested = True
+            job.cancel_requested, job.updated_at = True, now
         elif job.status != "cancelled":
             raise Conflict(f"the job has {job.status}: only a queued or running one can be cancelled", status=job.status)
 

@@ -16,6 +16,7 @@ WEBHOOK_EVENTS: tuple[EventName, ...] = get_args(EventName)
 
 def record_event(session: Session, job: JobRow, kind: str, now: datetime) -> None:
     """Append an event with the job's present state; `kind` is "status" or "progress"."""
+    job.updated_at = now
     session.add(JobEventRow(job_id=job.id, kind=kind, data=job_state(job), created_at=now))
 
 

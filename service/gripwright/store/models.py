@@ -37,6 +37,7 @@ class ProductRow(Base):
     __table_args__ = (
         UniqueConstraint("part_number", "revision"),
         Index(None, "created_at", "id"),
+        Index(None, "updated_at", "id"),
     )
 
     id: Mapped[str] = mapped_column(_ID, primary_key=True)
@@ -54,6 +55,18 @@ class ProductRow(Base):
     components: Mapped[list["ComponentRow"]] = relationship(
         order_by="ComponentRow.position", cascade="all, delete-orphan", passive_deletes=True
     )
+    external_ids: Mapped[list["ExternalIdRow"]] = relationship(cascade="all, delete-orphan", passive_deletes=True)
+
+
+class ExternalIdRow(Base):
+    """What another system calls a product. The manifest holds it, too; this table is to search by."""
+
+    __tablename__ = "external_id"
+    __table_args__ = (Index(None, "system", "value"),)
+
+    product_id: Mapped[str] = mapped_column(_ID, ForeignKey("product.id", ondelete="CASCADE"), primary_key=True)
+    system: Mapped[str] = mapped_column(String(64), primary_key=True)
+    value: Mapped[str] = mapped_column(String(200))  # of several products, where they are revisions of one item
 
 
 class ComponentRow(Base):
@@ -114,6 +127,7 @@ class JobRow(Base):
     __table_args__ = (
         Index(None, "created_at", "id"),
         Index(None, "status", "dispatched", "priority", "created_at"),
+        Index(None, "updated_at", "id"),
         CheckConstraint(f"status IN {JOB_STATUSES}", name="status"),
     )
 
@@ -137,6 +151,7 @@ class JobRow(Base):
     recoveries: Mapped[int]  # how often it was queued again by itself since a caller asked for it
     worker: Mapped[str] = mapped_column(String(300))  # executor that took it last; "" before
     failed_step: Mapped[str | None] = mapped_column(_SHA256)  # key of the step that it failed in
+    updated_at: Mapped[datetime]  # of its latest event
 
     design: Mapped[DesignRow] = relationship(back_populates="job")
 

@@ -1,9 +1,9 @@
-"""Cursor pagination in order of (created_at, id)."""
+"""Cursor pagination in order of (created_at, id), or of (updated_at, id) where what changed is asked for."""
 
 import base64
 import binascii
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 
 from gripwright.domain.errors import Fault, InvalidInput
 
@@ -12,7 +12,7 @@ from gripwright.domain.errors import Fault, InvalidInput
 class Cursor:
     """The last row of a page."""
 
-    created_at: datetime
+    created_at: datetime  # or when it changed, in a list that is in that order
     id: str
 
     def encode(self) -> str:
@@ -25,7 +25,8 @@ class Cursor:
         try:
             moment, _, row_id = base64.b64decode(word, altchars=b"-_", validate=True).decode().partition(" ")
             created_at = datetime.fromisoformat(moment)
-        except (binascii.Error, ValueError):
+            created_at.astimezone(UTC)
+        except (binascii.Error, ValueError, OverflowError):
             created_at, row_id = None, ""
         if created_at is None or created_at.tzinfo is None:
             fault = Fault(pointer="/query/cursor", message="not a cursor that this service gave")

@@ -6,7 +6,7 @@ from sqlalchemy import select, tuple_
 from sqlalchemy.orm import Session, selectinload
 
 from gripwright.domain.errors import NotFound
-from gripwright.store.models import ComponentRow, DesignRow, JobRow, ProductRow
+from gripwright.store.models import ComponentRow, DesignRow, ExternalIdRow, JobRow, ProductRow
 from gripwright.store.pages import Cursor
 
 
@@ -41,14 +41,32 @@ class ProductRepository:
                 return product, row
         raise NotFound(f"product {product_id} has no component {component_id}", product_id=product_id, component_id=component_id)
 
-    def page(self, *, after: Cursor | None, limit: int, part_number: str | None) -> list[ProductRow]:
-        """Up to `limit` products in order of (created_at, id), strictly after the cursor."""
-        query = select(ProductRow).options(selectinload(ProductRow.components))
-        query = query.order_by(ProductRow.created_at, ProductRow.id).limit(limit)
+    def page(
+        self,
+        *,
+        after: Cursor | None,
+        limit: int,
+        part_number: str | None = None,
+        revision: str | None = None,
+        external_id: tuple[str, str] | None = None,
+        updated_since: datetime | None = None,
+    ) -> list[ProductRow]:
+        """Up to `limit` products strictly after the cursor, in order of creation, or with `updated_since` of change."""
+        moment = ProductRow.created_at if updated_since is None else ProductRow.updated_at
+        query = select(ProductRow).options(selectinload(ProductRow.components)).order_by(moment, ProductRow.id).limit(limit)
         if part_number is not None:
             query = query.where(ProductRow.part_number == part_number)
+        if revision is not None:
+            query = query.where(ProductRow.revision == revision)
+        if external_id is not None:
+            named = select(ExternalIdRow.product_id).where(
+                ExternalIdRow.system == external_id[0], ExternalIdRow.value == external_id[1]
+            )
+            query = query.where(ProductRow.id.in_(named))
+        if updated_since is not None:
+            query = query.where(ProductRow.updated_at >= updated_since)
         if after is not None:
-            query = query.where(tuple_(ProductRow.created_at, ProductRow.id) > (after.created_at, after.id))
+            query = query.where(tuple_(moment, ProductRow.id) > (after.created_at, after.id))
         return list(self._session.scalars(query))
 
     def changed(self, row: ProductRow, now: datetime) -> None:

@@ -7,11 +7,13 @@ from fastapi import APIRouter, Depends, Path, Query, Request, Response, status
 from gripwright.domain.errors import Fault, InvalidInput
 from gripwright.http.deps import Now, ReadSession, WriteSession
 from gripwright.http.errors import UnsupportedMediaType
-from gripwright.http.preconditions import ABSENT, IfMatch, check_match, version_tag
+from gripwright.http.preconditions import ABSENT, IfMatch, check_match
+from gripwright.http.reading import NOT_MODIFIED, Sparse
 from gripwright.http.schemas.actuators import CSV_SCHEMA, ActuatorFigures, ActuatorImport, ActuatorList, ActuatorView
 from gripwright.http.schemas.problem import problems
 from gripwright.jobs.catalogue import import_actuators
 from gripwright.store.actuators import ActuatorRepository
+from gripwright.store.models import ActuatorRow
 
 router = APIRouter(prefix="/actuators", tags=["actuators"])
 
@@ -19,10 +21,10 @@ Maker = Annotated[str, Path(min_length=1, max_length=100, pattern=r"^[^/\x00-\x1
 Model = Annotated[str, Path(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f]+$", description="may contain /")]
 
 
-@router.get("", operation_id="list_actuators")
-def list_actuators(session: ReadSession) -> ActuatorList:
+@router.get("", operation_id="list_actuators", response_model=ActuatorList, responses={**NOT_MODIFIED, **problems(422)})
+def list_actuators(session: ReadSession, sparse: Sparse) -> Response:
     """The whole catalogue in the order of maker and model."""
-    return ActuatorList(items=[ActuatorView.of(row) for row in ActuatorRepository(session).all()])
+    return sparse.answer(ActuatorList(items=[ActuatorView.of(row) for row in ActuatorRepository(session).all()]))
 
 
 async def csv_text(request: Request) -> str:
@@ -47,12 +49,16 @@ def import_catalogue(
     return ActuatorImport.of(import_actuators(session, text, now, dry_run=dry_run), dry_run=dry_run)
 
 
-@router.get("/{maker}/{model:path}", operation_id="get_actuator", responses=problems(404))
-def get_actuator(maker: Maker, model: Model, session: ReadSession, response: Response) -> ActuatorView:
+@router.get(
+    "/{maker}/{model:path}",
+    operation_id="get_actuator",
+    response_model=ActuatorView,
+    responses={**NOT_MODIFIED, **problems(404, 422)},
+)
+def get_actuator(maker: Maker, model: Model, session: ReadSession, sparse: Sparse) -> Response:
     """One actuator."""
     row = ActuatorRepository(session).get(maker, model)
-    response.headers["ETag"] = version_tag(row.version)
-    return ActuatorView.of(row)
+    return sparse.answer(ActuatorView.of(row), tag=_tag(row))
 
 
 @router.put(
@@ -72,10 +78,10 @@ def put_actuator(
     """Add an actuator, or replace its figures. Designs keep the catalogue as it stood when they were requested."""
     actuators = ActuatorRepository(session)
     present = actuators.find(maker, model)
-    check_match(if_match, ABSENT if present is None else version_tag(present.version))
+    check_match(if_match, ABSENT if present is None else _tag(present))
     row, is_new = actuators.put(body.actuator(maker, model), now)
     response.status_code = status.HTTP_201_CREATED if is_new else status.HTTP_200_OK
-    response.headers["ETag"] = version_tag(row.version)
+    response.headers["ETag"] = _tag(row)
     return ActuatorView.of(row)
 
 
@@ -89,5 +95,10 @@ def delete_actuator(maker: Maker, model: Model, session: WriteSession, if_match:
     """Take an actuator out of the catalogue."""
     actuators = ActuatorRepository(session)
     row = actuators.get(maker, model)
-    check_match(if_match, version_tag(row.version))
+    check_match(if_match, _tag(row))
     actuators.delete(row)
+
+
+def _tag(row: ActuatorRow) -> str:
+    """The entity tag: with the moment, for one that was deleted and put anew counts from 1 again."""
+    return f'"{row.version}-{row.updated_at.timestamp():.6f}"'

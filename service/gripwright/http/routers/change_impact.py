@@ -3,14 +3,13 @@
 from fastapi import APIRouter, Response, status
 
 from gripwright.http.deps import Actor, Artifacts, Now, Plugins, Service, WriteSession
+from gripwright.http.polling import poll_headers
 from gripwright.http.schemas.change_impact import ImpactRequest, ImpactView
 from gripwright.http.schemas.problem import problems
 from gripwright.jobs.impact import study_impact
 from gripwright.store.designs import JobTerms
 
 router = APIRouter(tags=["designs"])
-
-POLL_AFTER_S = 1
 
 
 @router.post(
@@ -41,5 +40,5 @@ def create_change_impact(
     study = study_impact(session, artifacts, plugins, product_id, body.revision, now, terms)
     if study.impact is None:
         response.status_code = status.HTTP_202_ACCEPTED
-        response.headers["Retry-After"] = str(POLL_AFTER_S)
+        response.headers.update(poll_headers(study.design.job, location=f"/api/v1/designs/{study.design.id}"))
     return ImpactView.of(study)

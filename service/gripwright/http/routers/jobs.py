@@ -8,38 +8,54 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from gripwright.http.deps import Now, ReadSession, Service, WriteSession
 from gripwright.http.events import follow_job
-from gripwright.http.pagination import Page, link_next
+from gripwright.http.pagination import Changes, list_answer
+from gripwright.http.polling import poll_headers
+from gripwright.http.preferences import PREFER
+from gripwright.http.reading import NOT_MODIFIED, Sparse
 from gripwright.http.schemas.designs import JobPage, JobPatch, JobView
 from gripwright.http.schemas.problem import problems
 from gripwright.store.designs import JobRepository
-from gripwright.store.models import JobRow
-from gripwright.store.pages import Cursor
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
 
 JobStatus = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 
 
-@router.get("", operation_id="list_jobs", responses=problems(422))
+@router.get("", operation_id="list_jobs", response_model=JobPage, responses={**NOT_MODIFIED, **problems(422)})
 def list_jobs(
     session: ReadSession,
-    page: Page,
+    changes: Changes,
+    sparse: Sparse,
     request: Request,
-    response: Response,
     status: Annotated[JobStatus | None, Query()] = None,
     product_id: Annotated[str | None, Query(max_length=32)] = None,
-) -> JobPage:
-    """Jobs, the newest first."""
-    rows = JobRepository(session).page(after=page.after, limit=page.limit + 1, status=status, product_id=product_id)
-    shown, next_cursor = page.cut(rows, _cursor)
-    link_next(request, response, next_cursor)
-    return JobPage(items=[JobView.of(row) for row in shown], next_cursor=next_cursor)
+) -> Response:
+    """Jobs, the newest first, or with `updated_since` in the order of their changes."""
+    rows = JobRepository(session).page(
+        after=changes.page.after,
+        limit=changes.page.limit + 1,
+        status=status,
+        product_id=product_id,
+        updated_since=changes.updated_since,
+    )
+    shown, next_cursor = changes.cut(rows)
+    page = JobPage(
+        items=[JobView.of(row) for row in shown], next_cursor=next_cursor, next_updated_since=changes.next_updated_since
+    )
+    return list_answer(request, sparse, page)
 
 
-@router.get("/{job_id}", operation_id="get_job", responses=problems(404))
-def get_job(job_id: str, session: ReadSession) -> JobView:
-    """Where a job stands."""
-    return JobView.of(JobRepository(session).get(job_id))
+@router.get(
+    "/{job_id}",
+    operation_id="get_job",
+    response_model=JobView,
+    responses={**NOT_MODIFIED, **problems(404, 422)},
+    openapi_extra=PREFER,
+)
+def get_job(job_id: str, session: ReadSession, sparse: Sparse) -> Response:
+    """Where a job stands. `Prefer: wait=n` answers when it has ended, at the latest after n seconds."""
+    row = JobRepository(session).get(job_id)
+    return sparse.answer(JobView.of(row), headers=poll_headers(row))
 
 
 @router.patch("/{job_id}", operation_id="change_job", responses=problems(404, 409, 415, 422))
@@ -57,11 +73,12 @@ def change_job(job_id: str, body: JobPatch, session: WriteSession, now: Now) -> 
     status_code=status.HTTP_202_ACCEPTED,
     responses=problems(404, 409),
 )
-def cancel_job(job_id: str, session: WriteSession, now: Now) -> JobView:
+def cancel_job(job_id: str, session: WriteSession, now: Now, response: Response) -> JobView:
     """Stop a job: a queued one at once, a running one within a second."""
     jobs = JobRepository(session)
     job = jobs.get(job_id)
     jobs.cancel(job, now)
+    response.headers.update(poll_headers(job, location=f"/api/v1/jobs/{job.id}"))
     return JobView.of(job)
 
 
@@ -71,11 +88,12 @@ def cancel_job(job_id: str, session: WriteSession, now: Now) -> JobView:
     status_code=status.HTTP_202_ACCEPTED,
     responses=problems(404, 409),
 )
-def retry_job(job_id: str, session: WriteSession, now: Now) -> JobView:
+def retry_job(job_id: str, session: WriteSession, now: Now, response: Response) -> JobView:
     """Queue a failed or cancelled job again; steps that finished do not run again."""
     jobs = JobRepository(session)
     job = jobs.get(job_id)
     jobs.retry(job, now)
+    response.headers.update(poll_headers(job, location=f"/api/v1/jobs/{job.id}"))
     return JobView.of(job)
 
 
@@ -98,7 +116,3 @@ async def follow_job_events(
     """Server-Sent Events `status` and `progress` from the beginning, or after `Last-Event-ID`, until the job has ended."""
     async for event in follow_job(service.database, job, last_event_id):
         yield event
-
-
-def _cursor(row: JobRow) -> Cursor:
-    return Cursor(created_at=row.created_at, id=row.id)

@@ -3,20 +3,28 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Request, Response, status
+from fastapi.responses import JSONResponse
 
+from gripwright.http.bundles import stored_packages
 from gripwright.http.deps import Artifacts, Now, ReadSession, Service, WriteSession
-from gripwright.http.pagination import Page, link_next
-from gripwright.http.preconditions import IfMatch, IfNoneMatch, check_match, is_known, require_match, version_tag
+from gripwright.http.merge_patch import MergePatch, patch_schema
+from gripwright.http.pagination import Changes, list_answer
+from gripwright.http.preconditions import IfMatch, check_match, require_match, version_tag
+from gripwright.http.reading import NOT_MODIFIED, Sparse
 from gripwright.http.schemas.problem import problems
-from gripwright.http.schemas.products import OperationsBody, ProductPage, ProductSummary, ProductView
-from gripwright.http.uploads import UPLOAD_SCHEMA, UploadParts, stored_upload
-from gripwright.jobs.products import read_upload, register_product, replace_operations
+from gripwright.http.schemas.product_import import ImportedProductView, ProductImportView
+from gripwright.http.schemas.products import OperationsBody, ProductPage, ProductPatch, ProductSummary, ProductView
+from gripwright.http.uploads import IMPORT_SCHEMA, UPLOAD_SCHEMA, UploadParts, stored_upload
+from gripwright.jobs.product_import import ProductImport
+from gripwright.jobs.products import change_product, check_product, read_upload, register_product, replace_operations
 from gripwright.jobs.requests import delete_product
-from gripwright.store.models import ProductRow
-from gripwright.store.pages import Cursor
+from gripwright.store.columns import utc_now
 from gripwright.store.products import ProductRepository
 
 router = APIRouter(prefix="/products", tags=["products"])
+
+
+DryRun = Annotated[bool, Query(description="say what would be done, and do nothing")]
 
 
 @router.post(
@@ -25,18 +33,26 @@ router = APIRouter(prefix="/products", tags=["products"])
     status_code=status.HTTP_201_CREATED,
     response_model=ProductView,
     responses={
-        200: {"model": ProductView, "description": "It exists with the same content"},
+        200: {"model": ProductView | ImportedProductView, "description": "It exists with the same content; or a dry run"},
         **problems(409, 413, 415, 422),
     },
     openapi_extra=UPLOAD_SCHEMA,
 )
 def create_product(
-    upload: UploadParts, service: Service, session: WriteSession, artifacts: Artifacts, now: Now, response: Response
-) -> ProductView:
+    upload: UploadParts,
+    service: Service,
+    session: WriteSession,
+    artifacts: Artifacts,
+    response: Response,
+    dry_run: DryRun = False,
+) -> object:
     """Upload a product: a package (.zip), CAD files with a `manifest` part, or one STEP assembly alone."""
     with stored_upload(upload) as path:
         product = read_upload(path, service.package_limits)
-    row, is_new = register_product(session, artifacts, product, now)
+        if dry_run:
+            existing, _ = check_product(session, product)
+            return JSONResponse(ImportedProductView.checked(path.name, product, existing).model_dump())
+    row, is_new = register_product(session, artifacts, product, utc_now())  # reading took its time
     if not is_new:
         response.status_code = status.HTTP_200_OK
     response.headers["Location"] = f"/api/v1/products/{row.id}"
@@ -44,34 +60,79 @@ def create_product(
     return ProductView.of(row)
 
 
-@router.get("", operation_id="list_products", responses=problems(422))
+@router.post("/import", operation_id="import_products", responses=problems(413, 415, 422), openapi_extra=IMPORT_SCHEMA)
+def import_products(upload: UploadParts, service: Service, artifacts: Artifacts, dry_run: DryRun = False) -> ProductImportView:
+    """Upload several packages, as parts or in a .zip of packages. Each is stored or refused by itself: `outcome` says which."""
+    products = ProductImport(service.database, artifacts, service.package_limits, clock=utc_now, dry_run=dry_run)
+    with stored_packages(upload, service.package_limits, most=service.settings.import_max_packages) as packages:
+        done = products.run(packages)
+    return ProductImportView(dry_run=dry_run, items=[ImportedProductView.of(product) for product in done])
+
+
+@router.get("", operation_id="list_products", response_model=ProductPage, responses={**NOT_MODIFIED, **problems(422)})
 def list_products(
     session: ReadSession,
-    page: Page,
+    changes: Changes,
+    sparse: Sparse,
     request: Request,
-    response: Response,
-    part_number: Annotated[str | None, Query(max_length=200)] = None,
-) -> ProductPage:
-    """Products in the order of their upload."""
-    rows = ProductRepository(session).page(after=page.after, limit=page.limit + 1, part_number=part_number)
-    shown, next_cursor = page.cut(rows, _cursor)
-    link_next(request, response, next_cursor)
-    return ProductPage(items=[ProductSummary.of(row) for row in shown], next_cursor=next_cursor)
+    part_number: Annotated[str | None, Query(max_length=500)] = None,
+    revision: Annotated[str | None, Query(max_length=500)] = None,
+    external_id: Annotated[
+        str | None,
+        Query(max_length=300, pattern="^[^:]+:.", description="SYSTEM:ID, what another system calls it", examples=["plm:4711"]),
+    ] = None,
+) -> Response:
+    """Products in the order of their upload, or with `updated_since` of their changes."""
+    system, _, value = (external_id or "").partition(":")
+    rows = ProductRepository(session).page(
+        after=changes.page.after,
+        limit=changes.page.limit + 1,
+        part_number=part_number,
+        revision=revision,
+        external_id=None if external_id is None else (system, value),
+        updated_since=changes.updated_since,
+    )
+    shown, next_cursor = changes.cut(rows)
+    page = ProductPage(
+        items=[ProductSummary.of(row) for row in shown],
+        next_cursor=next_cursor,
+        next_updated_since=changes.next_updated_since,
+    )
+    return list_answer(request, sparse, page)
 
 
 @router.get(
     "/{product_id}",
     operation_id="get_product",
     response_model=ProductView,
-    responses={304: {"description": "Not modified"}, **problems(404)},
+    responses={**NOT_MODIFIED, **problems(404, 422)},
 )
-def get_product(product_id: str, session: ReadSession, response: Response, if_none_match: IfNoneMatch = None) -> object:
+def get_product(product_id: str, session: ReadSession, sparse: Sparse) -> Response:
     """A product with its components and its assembly sequence."""
     row = ProductRepository(session).get(product_id)
-    tag = version_tag(row.version)
-    if is_known(if_none_match, tag):
-        return Response(status_code=status.HTTP_304_NOT_MODIFIED, headers={"ETag": tag})
-    response.headers["ETag"] = tag
+    return sparse.answer(ProductView.of(row), tag=version_tag(row.version))
+
+
+@router.patch(
+    "/{product_id}",
+    operation_id="patch_product",
+    responses=problems(404, 412, 415, 422),
+    openapi_extra=patch_schema(ProductPatch),
+)
+def patch_product(
+    product_id: str,
+    patch: MergePatch,
+    session: WriteSession,
+    artifacts: Artifacts,
+    now: Now,
+    response: Response,
+    if_match: IfMatch = None,
+) -> ProductView:
+    """Merge a patch (RFC 7396): `name`, `external_ids`; null restores the default."""
+    row = ProductRepository(session).get(product_id)
+    check_match(if_match, version_tag(row.version))
+    change_product(session, artifacts, row, patch, now)
+    response.headers["ETag"] = version_tag(row.version)
     return ProductView.of(row)
 
 
@@ -108,7 +169,3 @@ def put_operations(
     replace_operations(session, artifacts, row, body, now)
     response.headers["ETag"] = version_tag(row.version)
     return ProductView.of(row)
-
-
-def _cursor(row: ProductRow) -> Cursor:
-    return Cursor(created_at=row.created_at, id=row.id)

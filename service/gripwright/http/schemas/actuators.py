@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from datetime import datetime
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -14,13 +14,15 @@ from gripwright.jobs.catalogue import CatalogueImport
 from gripwright.store.actuators import actuator_of
 from gripwright.store.models import ActuatorRow
 
+_Text = Annotated[str, Field(pattern=r"^[^\x00]*$")]  # PostgreSQL stores no NUL
+
 
 class ActuatorFigures(BaseModel):
     """The maker's figures of an actuator; null where they are not known."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
-    gripper_type: str = Field(min_length=1, max_length=50, examples=["parallel-2", "centric-3"])
+    gripper_type: _Text = Field(min_length=1, max_length=50, examples=["parallel-2", "centric-3"])
     stroke: float = Field(
         ge=0, le=5000, description="mm, total change of the opening width (of the diameter for centric ones); 0: not known"
     )
@@ -32,14 +34,14 @@ class ActuatorFigures(BaseModel):
     body_diameter: float | None = Field(default=None, gt=0, description="mm")
     body_length: float | None = Field(default=None, gt=0, description="mm")
     price: float | None = Field(default=None, ge=0)
-    stroke_basis: str = Field(default="total", max_length=20, description="as the maker states it: total, diameter, per-jaw")
-    force_basis: str = Field(default="unknown", max_length=20, description="as the maker states it: total, per-jaw, unknown")
+    stroke_basis: _Text = Field(default="total", max_length=20, description="as the maker states it: total, diameter, per-jaw")
+    force_basis: _Text = Field(default="unknown", max_length=20, description="as the maker states it: total, per-jaw, unknown")
     confidence: Literal["A", "B", "C"] = Field(
         default="B",
         description="A: the maker's own document; B: second hand; C: sources conflict, used only where a plan names it",
     )
-    source: str = Field(default="", max_length=2000)
-    note: str = Field(default="", max_length=2000)
+    source: _Text = Field(default="", max_length=2000)
+    note: _Text = Field(default="", max_length=2000)
 
     def actuator(self, maker: str, model: str) -> Actuator:
         """The domain value."""

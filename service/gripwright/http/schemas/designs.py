@@ -97,6 +97,7 @@ class DesignView(BaseModel):
     files: list[FileView]
     problem: dict[str, Any] | None = Field(description="why it failed")
     created_at: datetime
+    updated_at: datetime
     finished_at: datetime | None
 
     @classmethod
@@ -113,8 +114,54 @@ class DesignView(BaseModel):
             files=[FileView.of(file) for file in row.files],
             problem=row.job.problem,
             created_at=row.created_at,
+            updated_at=row.job.updated_at,
             finished_at=row.job.finished_at,
         )
+
+
+class DesignSummary(BaseModel):
+    """A design in a list."""
+
+    id: str
+    href: str
+    product_id: str
+    product_version: int
+    part_number: str
+    revision: str
+    status: str = Field(description="queued, running, complete, incomplete, failed, cancelled")
+    progress: Progress
+    options: dict[str, Any]
+    created_at: datetime
+    updated_at: datetime
+    finished_at: datetime | None
+
+    @classmethod
+    def of(cls, row: DesignRow) -> "DesignSummary":
+        """The summary of a design."""
+        return cls(
+            id=row.id,
+            href=f"/api/v1/designs/{row.id}",
+            product_id=row.product_id,
+            product_version=row.product_version,
+            part_number=row.product.part_number,
+            revision=row.product.revision,
+            status=status_of(row),
+            progress=Progress.of(row.job),
+            options=row.options,
+            created_at=row.created_at,
+            updated_at=row.job.updated_at,
+            finished_at=row.job.finished_at,
+        )
+
+
+class DesignPage(BaseModel):
+    """A page of designs, the newest first."""
+
+    items: list[DesignSummary]
+    next_cursor: str | None
+    next_updated_since: datetime | None = Field(
+        description="of a first page: the `updated_since` that misses nothing the next time; what changed last may come twice"
+    )
 
 
 class JobView(BaseModel):
@@ -137,6 +184,7 @@ class JobView(BaseModel):
     created_at: datetime
     started_at: datetime | None
     finished_at: datetime | None
+    updated_at: datetime
 
     @classmethod
     def of(cls, row: JobRow) -> "JobView":
@@ -159,6 +207,7 @@ class JobView(BaseModel):
             created_at=row.created_at,
             started_at=row.started_at,
             finished_at=row.finished_at,
+            updated_at=row.updated_at,
         )
 
 
@@ -167,6 +216,9 @@ class JobPage(BaseModel):
 
     items: list[JobView]
     next_cursor: str | None
+    next_updated_since: datetime | None = Field(
+        description="of a first page: the `updated_since` that misses nothing the next time; what changed last may come twice"
+    )
 
 
 def status_of(row: DesignRow) -> str:

@@ -30,6 +30,7 @@ class ComponentView(BaseModel):
     friction: float
     no_grasp: list[RegionEntry]
     may_grasp: list[RegionEntry]
+    external_ids: dict[str, str]
     faces: int
     bounds: BoundsView
     mesh: str = Field(description="path of its mesh as GLB")
@@ -54,6 +55,7 @@ class ProductSummary(BaseModel):
     part_number: str
     revision: str
     name: str
+    external_ids: dict[str, str]
     components: int
     operations: int
     version: int = Field(description="counts changes; the ETag")
@@ -68,6 +70,7 @@ class ProductSummary(BaseModel):
             part_number=row.part_number,
             revision=row.revision,
             name=row.name,
+            external_ids=external_ids_of(row),
             components=len(row.components),
             operations=len(row.manifest["operations"]),
             version=row.version,
@@ -81,6 +84,15 @@ class ProductPage(BaseModel):
 
     items: list[ProductSummary]
     next_cursor: str | None
+    next_updated_since: datetime | None = Field(
+        description="of a first page: the `updated_since` that misses nothing the next time; what changed last may come twice"
+    )
+
+
+class ComponentList(BaseModel):
+    """All components of a product, in the order of its manifest."""
+
+    items: list[ComponentView]
 
 
 class ProductView(BaseModel):
@@ -90,6 +102,7 @@ class ProductView(BaseModel):
     part_number: str
     revision: str
     name: str
+    external_ids: dict[str, str]
     components: list[ComponentView]
     environment: list[ObstacleEntry]
     operations: list[OperationEntry]
@@ -106,6 +119,7 @@ class ProductView(BaseModel):
             part_number=row.part_number,
             revision=row.revision,
             name=row.name,
+            external_ids=external_ids_of(row),
             components=[ComponentView.of(row, component) for component in row.components],
             environment=row.manifest["environment"],
             operations=row.manifest["operations"],
@@ -117,7 +131,7 @@ class ProductView(BaseModel):
 
 
 class ComponentPatch(BaseModel):
-    """A merge patch (RFC 7396) of a component; null restores the default. Only for the documentation: see change_component."""
+    """A merge patch (RFC 7396) of a component; null restores the default. Only for the documentation: see jobs/products.py."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -125,6 +139,33 @@ class ComponentPatch(BaseModel):
     may_grasp: list[RegionEntry] | None = None
     density: float | None = Field(default=None, gt=0, description="kg/m³")
     friction: float | None = Field(default=None, gt=0)
+    external_ids: dict[str, str | None] | None = Field(default=None, description="merged: null takes the id of a system away")
+
+
+class ProductPatch(BaseModel):
+    """A merge patch (RFC 7396) of a product; null restores the default. Only for the documentation: see jobs/products.py."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    name: str | None = Field(default=None, max_length=500)
+    external_ids: dict[str, str | None] | None = Field(default=None, description="merged: null takes the id of a system away")
+
+
+def product_reference(row: ProductRow) -> dict[str, Any]:
+    """What a product is called, as it stands now."""
+    return {
+        "id": row.id,
+        "part_number": row.part_number,
+        "revision": row.revision,
+        "name": row.name,
+        "external_ids": external_ids_of(row),
+    }
+
+
+def external_ids_of(row: ProductRow) -> dict[str, str]:
+    """What other systems call the product; one stored before there were such ids has none."""
+    ids: dict[str, str] = row.manifest.get("external_ids", {})
+    return ids
 
 
 OperationsBody = dict[str, Any] | list[Any]
