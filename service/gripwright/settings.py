@@ -67,6 +67,7 @@ class Settings(BaseSettings):
     upload_max_bytes: int = Field(default=512 * 2**20, ge=1, description="of one product upload")
     upload_max_files: int = Field(default=1000, ge=1, description="parts of one product upload")
     body_max_bytes: int = Field(default=8 * 2**20, ge=1, description="of any other request body")
+    idempotency_hours: int = Field(default=24, ge=1, le=168, description="how long answers are given again by Idempotency-Key")
     gripper_set_timeout_s: float = Field(default=30.0, gt=0, description="longest synchronous gripper-set optimisation")
     webhook_private_targets: bool = Field(default=False, description="allow webhooks to loopback and private addresses")
     webhook_attempts: int = Field(default=8, ge=1, le=20, description="deliveries tried before a message is given up")

@@ -43,6 +43,7 @@ class Access:
         request = Request(scope)
         try:
             principal = await run_in_threadpool(self._gate.identify, request.headers.get("authorization", ""), utc_now())
+            scope["state"]["principal"] = principal
             check_scope(principal, needed)
             if principal is ANYBODY and needed is AccessScope.WRITE:
                 self._check_origin(request.headers)

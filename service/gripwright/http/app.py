@@ -10,6 +10,7 @@ import gripwright
 from gripwright.http.access import Access, Cors
 from gripwright.http.body_limit import BodyLimit
 from gripwright.http.errors import defect_problem, register_error_handlers
+from gripwright.http.idempotency import REPLAYED, Idempotent
 from gripwright.http.observed import REQUEST_ID, Observed
 from gripwright.http.openapi import describe_problems
 from gripwright.http.routers import (
@@ -35,7 +36,7 @@ PREFIX = "/api/v1"
 
 _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 _SENT = ("Authorization", "Content-Type", "Idempotency-Key", "If-Match", "If-None-Match", "Last-Event-ID", "Range", REQUEST_ID)
-_SHOWN = ("Content-Disposition", "ETag", "Link", "Location", "Retry-After", "WWW-Authenticate", REQUEST_ID)
+_SHOWN = ("Content-Disposition", "ETag", "Link", "Location", "Retry-After", "WWW-Authenticate", REPLAYED, REQUEST_ID)
 
 _DESCRIPTION = (
     "Reads CAD models and an assembly sequence, answers with the smallest set of robot grippers: actuators to buy, "
@@ -53,6 +54,7 @@ def create_app(settings: Settings) -> FastAPI:
         prepare(service.database, automatically=settings.uses_default_database)
         service.start()
         service.audit.clear(utc_now())
+        service.answers.clear(utc_now())
         yield
         service.stop()
 
@@ -82,6 +84,7 @@ def _add_middleware(app: FastAPI, service: State) -> None:
     """The innermost first."""
     settings = service.settings
     app.add_middleware(ServerErrorMiddleware, handler=defect_problem)  # the framework's own is outside of all that follows
+    app.add_middleware(Idempotent, answers=service.answers)
     app.add_middleware(
         BodyLimit,
         upload_path=f"{PREFIX}/products",

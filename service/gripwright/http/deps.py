@@ -24,9 +24,10 @@ _LISTING_S = 60.0
 Service = Annotated[State, Depends(service_state)]
 
 
-def write_session(service: Service) -> Iterator[Session]:
-    """One request, one transaction: commit on return, roll back on any exception."""
+def write_session(request: Request, service: Service) -> Iterator[Session]:
+    """One request, one transaction: commit on return, roll back on any exception. Its answer may be kept in it."""
     with service.database.write_sessions.begin() as session:
+        request.state.write_session = session
         yield session
 
 

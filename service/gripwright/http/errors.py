@@ -33,6 +33,8 @@ STATUS_OF_CODE: Mapping[str, int] = {
     "scope-missing": 403,
     "origin-refused": 403,
     "not-ready": 503,
+    "request-in-flight": 409,
+    "key-reused": 422,
 }
 
 
@@ -64,6 +66,18 @@ class OriginRefused(GripwrightError):
     """A page of another site sent the request, and its origin is not on the list."""
 
     code = "origin-refused"
+
+
+class RequestInFlight(GripwrightError):
+    """The first request with this `Idempotency-Key` is not answered yet."""
+
+    code = "request-in-flight"
+
+
+class KeyReused(GripwrightError):
+    """The `Idempotency-Key` belongs to another request."""
+
+    code = "key-reused"
 
 
 class NotReady(GripwrightError):
@@ -101,7 +115,9 @@ def domain_problem(request: Request, error: Exception) -> JSONResponse:
     """The problem that a domain error is, with what HTTP wants said beside it."""
     assert isinstance(error, GripwrightError)
     status = STATUS_OF_CODE.get(error.code, 500)
-    headers = {"Retry-After": "5"} if status == 503 else None
+    headers = (
+        {"Retry-After": str(error.context.get("retry_after_s", 5))} if status == 503 or "retry_after_s" in error.context else None
+    )
     if status == 401:
         refused = "authorization" in request.headers
         headers = {"WWW-Authenticate": 'Bearer realm="gripwright"' + (', error="invalid_token"' if refused else "")}

@@ -7,6 +7,7 @@ from collections import Counter
 from gripwright.cad.limits import Limits
 from gripwright.http.audit_trail import AuditTrail
 from gripwright.http.gate import Gate
+from gripwright.http.idempotency import KeptAnswers
 from gripwright.registry.description import RegistryDescription, RegistryUnreadable, describe_in_child
 from gripwright.settings import Settings
 from gripwright.store.artifacts import ArtifactStore
@@ -24,6 +25,7 @@ class State:
         self.artifacts = ArtifactStore(settings.data_dir / "artifacts")
         self.gate = Gate(settings, self.database)
         self.audit = AuditTrail(self.database, days=settings.audit_days, with_reads=settings.audit_reads)
+        self.answers = KeptAnswers(self.database, hours=settings.idempotency_hours)
         self.package_limits = Limits()
         self.plugins: RegistryDescription | None = None
         self.plugins_problem = ""

@@ -7,13 +7,14 @@ from fastapi import APIRouter, Depends, Path, Query, Request, Response, status
 from gripwright.domain.errors import Fault, InvalidInput
 from gripwright.http.deps import Now, ReadSession, WriteSession
 from gripwright.http.errors import UnsupportedMediaType
+from gripwright.http.idempotency import ActingRoute
 from gripwright.http.preconditions import ABSENT, IfMatch, check_match, version_tag
 from gripwright.http.schemas.actuators import CSV_SCHEMA, ActuatorFigures, ActuatorImport, ActuatorList, ActuatorView
 from gripwright.http.schemas.problem import problems
 from gripwright.jobs.catalogue import import_actuators
 from gripwright.store.actuators import ActuatorRepository
 
-router = APIRouter(prefix="/actuators", tags=["actuators"])
+router = APIRouter(prefix="/actuators", tags=["actuators"], route_class=ActingRoute)
 
 Maker = Annotated[str, Path(min_length=1, max_length=100, pattern=r"^[^/\x00-\x1f]+$")]
 Model = Annotated[str, Path(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f]+$", description="may contain /")]

@@ -3,11 +3,12 @@
 from fastapi import APIRouter, Response, status
 
 from gripwright.http.deps import Artifacts, Now, Plugins, WriteSession
+from gripwright.http.idempotency import ActingRoute
 from gripwright.http.schemas.change_impact import ImpactRequest, ImpactView
 from gripwright.http.schemas.problem import problems
 from gripwright.jobs.impact import study_impact
 
-router = APIRouter(tags=["designs"])
+router = APIRouter(tags=["designs"], route_class=ActingRoute)
 
 POLL_AFTER_S = 1
 

@@ -1,24 +1,24 @@
 """Designs: request, read, and their files."""
 
-import hashlib
 import json
 from pathlib import PurePosixPath
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Query, Request, Response, status
+from fastapi import APIRouter, Query, Request, Response, status
 from fastapi.responses import FileResponse
 
 from gripwright.http.bom import View, bom_response
 from gripwright.http.deps import Artifacts, Now, Plugins, ReadSession, WriteSession
 from gripwright.http.downloads import archive_response, file_response
+from gripwright.http.idempotency import ActingRoute
 from gripwright.http.preconditions import IfNoneMatch
 from gripwright.http.schemas.designs import DesignAccepted, DesignRequest, DesignView
 from gripwright.http.schemas.problem import problems
-from gripwright.jobs.requests import request_design, request_design_once
+from gripwright.jobs.requests import request_design
 from gripwright.store.designs import DesignRepository
 from gripwright.store.jobs import DOCUMENT
 
-router = APIRouter(tags=["designs"])
+router = APIRouter(tags=["designs"], route_class=ActingRoute)
 
 POLL_AFTER_S = 1
 
@@ -36,18 +36,10 @@ def create_design(
     artifacts: Artifacts,
     plugins: Plugins,
     now: Now,
-    request: Request,
     response: Response,
-    idempotency_key: Annotated[str | None, Header(min_length=1, max_length=255)] = None,
 ) -> DesignAccepted:
     """Queue a design of this product. Poll `Location`; the BOM is there once its status is `complete` or `incomplete`."""
-    if idempotency_key is None:
-        design = request_design(session, artifacts, plugins, product_id, body.options, now)
-    else:
-        sha256 = hashlib.sha256(json.dumps([request.url.path, body.options], sort_keys=True).encode()).hexdigest()
-        design = request_design_once(
-            session, artifacts, plugins, product_id, body.options, now, key=idempotency_key, request_sha256=sha256
-        )
+    design = request_design(session, artifacts, plugins, product_id, body.options, now)
     response.headers["Location"] = f"/api/v1/designs/{design.id}"
     response.headers["Retry-After"] = str(POLL_AFTER_S)
     return DesignAccepted.of(design)

@@ -5,10 +5,11 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body
 
 from gripwright.http.deps import Service
+from gripwright.http.idempotency import ActingRoute
 from gripwright.http.schemas.problem import problems
 from gripwright.jobs.gripper_sets import solve_document
 
-router = APIRouter(prefix="/gripper-sets", tags=["gripper sets"])
+router = APIRouter(prefix="/gripper-sets", tags=["gripper sets"], route_class=ActingRoute)
 
 _EXAMPLE = {
     "strokes": {"parallel-2": 48, "centric-3": 8},

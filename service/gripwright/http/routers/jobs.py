@@ -8,6 +8,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from gripwright.http.deps import Now, ReadSession, Service, WriteSession
 from gripwright.http.events import follow_job
+from gripwright.http.idempotency import ActingRoute
 from gripwright.http.pagination import Page, link_next
 from gripwright.http.schemas.designs import JobPage, JobView
 from gripwright.http.schemas.problem import problems
@@ -15,7 +16,7 @@ from gripwright.store.designs import JobRepository
 from gripwright.store.models import JobRow
 from gripwright.store.pages import Cursor
 
-router = APIRouter(prefix="/jobs", tags=["jobs"])
+router = APIRouter(prefix="/jobs", tags=["jobs"], route_class=ActingRoute)
 
 JobStatus = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 

@@ -5,6 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Query, Request, Response, status
 
 from gripwright.http.deps import Artifacts, Now, ReadSession, Service, WriteSession
+from gripwright.http.idempotency import ActingRoute
 from gripwright.http.pagination import Page, link_next
 from gripwright.http.preconditions import IfMatch, IfNoneMatch, check_match, is_known, require_match, version_tag
 from gripwright.http.schemas.problem import problems
@@ -16,7 +17,7 @@ from gripwright.store.models import ProductRow
 from gripwright.store.pages import Cursor
 from gripwright.store.products import ProductRepository
 
-router = APIRouter(prefix="/products", tags=["products"])
+router = APIRouter(prefix="/products", tags=["products"], route_class=ActingRoute)
 
 
 @router.post(
