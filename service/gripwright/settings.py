@@ -81,6 +81,18 @@ class Settings(BaseSettings):
     cors_origins: tuple[Annotated[str, AfterValidator(_origin)], ...] = Field(
         default=(), description="origins whose pages may read answers"
     )
+    allowed_hosts: tuple[str, ...] = Field(
+        default=(), description="names in `Host` beside those of loopback, where no key is asked; where one is: none means all"
+    )
+    rate_reads: int | None = Field(
+        default=None, ge=1, description="reads a minute of one client; none: 3000 where a key is asked, else no limit"
+    )
+    rate_writes: int | None = Field(
+        default=None, ge=1, description="of everything else; none: 600 where a key is asked, else no limit"
+    )
+    rate_burst: int = Field(default=200, ge=1, description="requests of one client at once, of each kind")
+    heavy_requests: int = Field(default=4, ge=1, le=32, description="uploads read and gripper sets solved at a time")
+    heavy_wait_s: float = Field(default=10.0, gt=0, description="longest wait of another one before it is told to come again")
     audit_days: int = Field(default=365, ge=1, le=36_500, description="how long the audit trail is kept")
     audit_reads: bool = Field(default=False, description="the audit trail holds requests that only read, too")
 

@@ -10,6 +10,7 @@ import gripwright
 from gripwright.http.access import Access, Cors
 from gripwright.http.body_limit import BodyLimit
 from gripwright.http.errors import defect_problem, register_error_handlers
+from gripwright.http.host_check import HostCheck
 from gripwright.http.idempotency import REPLAYED, Idempotent
 from gripwright.http.observed import REQUEST_ID, Observed
 from gripwright.http.openapi import describe_problems
@@ -36,7 +37,10 @@ PREFIX = "/api/v1"
 
 _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 _SENT = ("Authorization", "Content-Type", "Idempotency-Key", "If-Match", "If-None-Match", "Last-Event-ID", "Range", REQUEST_ID)
-_SHOWN = ("Content-Disposition", "ETag", "Link", "Location", "Retry-After", "WWW-Authenticate", REPLAYED, REQUEST_ID)
+_SHOWN = (
+    *("Content-Disposition", "ETag", "Link", "Location", "Retry-After", "WWW-Authenticate"),
+    *("RateLimit", "RateLimit-Policy", REPLAYED, REQUEST_ID),
+)
 
 _DESCRIPTION = (
     "Reads CAD models and an assembly sequence, answers with the smallest set of robot grippers: actuators to buy, "
@@ -91,9 +95,11 @@ def _add_middleware(app: FastAPI, service: State) -> None:
         upload_max_bytes=settings.upload_max_bytes,
         body_max_bytes=settings.body_max_bytes,
     )
-    app.add_middleware(Access, gate=service.gate, audit=service.audit, origins=settings.cors_origins)
+    app.add_middleware(Access, gate=service.gate, audit=service.audit, limits=service.limits, origins=settings.cors_origins)
     if settings.cors_origins:
         app.add_middleware(
             Cors, allow_origins=settings.cors_origins, allow_methods=_METHODS, allow_headers=_SENT, expose_headers=_SHOWN
         )
+    if settings.allowed_hosts or not settings.asks_for_access:
+        app.add_middleware(HostCheck, allowed=settings.allowed_hosts)
     app.add_middleware(Observed, requests=service.requests)

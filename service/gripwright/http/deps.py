@@ -1,6 +1,6 @@
 """What handlers are given: sessions, stores, and what is installed."""
 
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from datetime import datetime
 from typing import Annotated, cast
 
@@ -60,3 +60,15 @@ def installed_plugins(service: Service) -> RegistryDescription:
 
 Plugins = Annotated[RegistryDescription, Depends(installed_plugins)]
 Now = Annotated[datetime, Depends(utc_now)]
+
+
+async def heavy_turn(service: Service) -> AsyncIterator[None]:
+    """One of the turns of this service. It begins when the body has arrived: slow callers hold none."""
+    await service.turns.take()
+    try:
+        yield
+    finally:
+        service.turns.give_back()
+
+
+HeavyTurn = Annotated[None, Depends(heavy_turn, scope="function")]

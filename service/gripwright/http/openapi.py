@@ -53,7 +53,7 @@ def _document(app: FastAPI) -> dict[str, Any]:
             scope = required_scope(method.upper(), path)
             operation["security"] = [] if scope is None else [{"bearer": [scope.value]}]
             if scope is not None:
-                operation["responses"] |= {str(status): answer for status, answer in problems(401, 403).items()}
+                operation["responses"] |= {str(status): answer for status, answer in problems(401, 403, 429).items()}
             if "422" in operation["responses"]:
                 operation["responses"]["422"] = problems(422)[422]
             if method == "post":

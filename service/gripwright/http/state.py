@@ -8,6 +8,8 @@ from gripwright.cad.limits import Limits
 from gripwright.http.audit_trail import AuditTrail
 from gripwright.http.gate import Gate
 from gripwright.http.idempotency import KeptAnswers
+from gripwright.http.rate_limits import RateLimits
+from gripwright.http.turns import Turns
 from gripwright.registry.description import RegistryDescription, RegistryUnreadable, describe_in_child
 from gripwright.settings import Settings
 from gripwright.store.artifacts import ArtifactStore
@@ -26,6 +28,8 @@ class State:
         self.gate = Gate(settings, self.database)
         self.audit = AuditTrail(self.database, days=settings.audit_days, with_reads=settings.audit_reads)
         self.answers = KeptAnswers(self.database, hours=settings.idempotency_hours)
+        self.limits = RateLimits(settings)
+        self.turns = Turns(settings.heavy_requests, wait_s=settings.heavy_wait_s)
         self.package_limits = Limits()
         self.plugins: RegistryDescription | None = None
         self.plugins_problem = ""

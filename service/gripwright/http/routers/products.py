@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Request, Response, status
 
-from gripwright.http.deps import Artifacts, Now, ReadSession, Service, WriteSession
+from gripwright.http.deps import Artifacts, HeavyTurn, Now, ReadSession, Service, WriteSession
 from gripwright.http.idempotency import ActingRoute
 from gripwright.http.pagination import Page, link_next
 from gripwright.http.preconditions import IfMatch, IfNoneMatch, check_match, is_known, require_match, version_tag
@@ -27,12 +27,18 @@ router = APIRouter(prefix="/products", tags=["products"], route_class=ActingRout
     response_model=ProductView,
     responses={
         200: {"model": ProductView, "description": "It exists with the same content"},
-        **problems(409, 413, 415, 422),
+        **problems(409, 413, 415, 422, 503),
     },
     openapi_extra=UPLOAD_SCHEMA,
 )
 def create_product(
-    upload: UploadParts, service: Service, session: WriteSession, artifacts: Artifacts, now: Now, response: Response
+    upload: UploadParts,
+    turn: HeavyTurn,
+    service: Service,
+    session: WriteSession,
+    artifacts: Artifacts,
+    now: Now,
+    response: Response,
 ) -> ProductView:
     """Upload a product: a package (.zip), CAD files with a `manifest` part, or one STEP assembly alone."""
     with stored_upload(upload) as path:
