@@ -85,6 +85,7 @@ class Settings(BaseSettings):
     upload_max_files: int = Field(default=1000, ge=1, description="parts of one product upload")
     import_max_packages: int = Field(default=200, ge=1, description="of one import of products")
     body_max_bytes: int = Field(default=8 * 2**20, ge=1, description="of any other request body")
+    idempotency_hours: int = Field(default=24, ge=1, le=168, description="how long answers are given again by Idempotency-Key")
     gripper_set_timeout_s: float = Field(default=30.0, gt=0, description="longest synchronous gripper-set optimisation")
     wait_max_s: int = Field(default=60, ge=0, le=3600, description="longest that `Prefer: wait` is granted")
     wait_requests: int = Field(
@@ -102,6 +103,18 @@ class Settings(BaseSettings):
     cors_origins: tuple[Annotated[str, AfterValidator(_origin)], ...] = Field(
         default=(), description="origins whose pages may read answers"
     )
+    allowed_hosts: tuple[str, ...] = Field(
+        default=(), description="names in `Host` beside those of loopback, where no key is asked; where one is: none means all"
+    )
+    rate_reads: int | None = Field(
+        default=None, ge=1, description="reads a minute of one client; none: 3000 where a key is asked, else no limit"
+    )
+    rate_writes: int | None = Field(
+        default=None, ge=1, description="of everything else; none: 600 where a key is asked, else no limit"
+    )
+    rate_burst: int = Field(default=200, ge=1, description="requests of one client at once, of each kind")
+    heavy_requests: int = Field(default=4, ge=1, le=32, description="uploads read and gripper sets solved at a time")
+    heavy_wait_s: float = Field(default=10.0, gt=0, description="longest wait of another one before it is told to come again")
     audit_days: int = Field(default=365, ge=1, le=36_500, description="how long the audit trail is kept")
     audit_reads: bool = Field(default=False, description="the audit trail holds requests that only read, too")
 

@@ -26,7 +26,7 @@ def app(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def client(app):
-    with TestClient(app, raise_server_exceptions=False) as client:
+    with TestClient(app, base_url="http://127.0.0.1:8000", raise_server_exceptions=False) as client:
         app.state.service.wait_for_plugins(60)
         yield client
 
@@ -36,7 +36,7 @@ def closed(tmp_path_factory):
     """A client of a service that asks for access on loopback, too."""
     settings = Settings(data_dir=tmp_path_factory.mktemp("closed"), access_required=True)
     app = create_app(settings)
-    with TestClient(app, raise_server_exceptions=False) as client:
+    with TestClient(app, base_url="http://127.0.0.1:8000", raise_server_exceptions=False) as client:
         app.state.service.wait_for_plugins(60)
         client.service = app.state.service
         yield client

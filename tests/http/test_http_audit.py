@@ -33,7 +33,7 @@ def audited(tmp_path_factory):
     settings = Settings(data_dir=tmp_path_factory.mktemp("audited"), access_required=True, cors_origins=(PLM,))
     app = create_app(settings)
     app.include_router(broken)
-    with TestClient(app, raise_server_exceptions=False) as client:
+    with TestClient(app, base_url="http://127.0.0.1:8000", raise_server_exceptions=False) as client:
         app.state.service.wait_for_plugins(60)
         with app.state.service.database.write_sessions.begin() as session:
             client.key = create_key(session, "PLM", AccessScope.ADMIN, timedelta(days=1), utc_now(), actor="cli:ada")
@@ -101,7 +101,7 @@ def test_nobody_outside_can_fill_the_disk():
 def test_reads_are_in_the_trail_where_that_is_asked_for(tmp_path):
     app = create_app(Settings(data_dir=tmp_path, audit_reads=True))
     migrate(app.state.service.database)
-    client = TestClient(app)
+    client = TestClient(app, base_url="http://127.0.0.1:8000")
 
     client.get("/api/v1/products", headers={"X-Request-ID": "reader"})
     rows = trail(client)
@@ -217,9 +217,9 @@ def test_pages_of_another_origin_may_not(audited, problem):
 def test_where_no_key_is_asked_pages_of_other_sites_are_turned_away(client, problem, method):
     """A form of any page can send a POST to loopback; it need not read the answer to do harm."""
     problem(client.request(method, "/api/v1/products", headers={"Origin": "https://evil.example"}), 403, "origin-refused")
-    for odd in ("null", "http://[", "testserver", ""):
+    for odd in ("null", "http://[", "127.0.0.1:8000", ""):
         problem(client.request(method, "/api/v1/products", headers={"Origin": odd}), 403, "origin-refused")
-    own = client.request(method, "/api/v1/products", headers={"Origin": "http://testserver"})
+    own = client.request(method, "/api/v1/products", headers={"Origin": "http://127.0.0.1:8000"})
     assert own.status_code != 403
     assert not [name for name in own.headers if name.startswith("access-control-")]
 

@@ -38,7 +38,7 @@ def guarded(issuer, tmp_path):
     )
     app = create_app(settings)
     migrate(app.state.service.database)
-    yield TestClient(app, raise_server_exceptions=False)
+    yield TestClient(app, base_url="http://127.0.0.1:8000", raise_server_exceptions=False)
     app.state.service.stop()
 
 

@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
 
 import pytest
@@ -9,8 +10,12 @@ from alembic.runtime.migration import MigrationContext
 from sqlalchemy import inspect, text
 
 from gripwright.domain.errors import Conflict
+from gripwright.http.errors import RequestInFlight
+from gripwright.http.idempotency import KeptAnswers
 from gripwright.settings import Settings
+from gripwright.store.columns import utc_now
 from gripwright.store.engines import Database
+from gripwright.store.idempotency import KeptAnswer, KeyClaim
 from gripwright.store.migrate import alembic_config, migrate, prepare, require_current
 from gripwright.store.models import Base
 from gripwright.store.seed import seed_actuators
@@ -127,13 +132,19 @@ def test_processes_that_start_together_migrate_once(tmp_path):
     assert count_actuators(Database(url)) == len(seed_actuators())
 
 
+def claim_outcome(answers, claim):
+    try:
+        return "claimed" if answers.claim(claim, utc_now()) is None else "answered"
+    except RequestInFlight:
+        return "in flight"
+
+
 def test_postgresql_gets_the_same_tables_and_runs_a_job(postgresql, tmp_path):
     from gripwright.domain.access import AccessScope
     from gripwright.jobs.keys import create_key
     from gripwright.store.api_keys import ApiKeyRepository
     from gripwright.store.artifacts import ArtifactStore
     from gripwright.store.audit import AuditRepository
-    from gripwright.store.columns import utc_now
     from gripwright.store.products import ProductRepository
     from service_factory import make_document, store_product
 
@@ -155,4 +166,12 @@ def test_postgresql_gets_the_same_tables_and_runs_a_job(postgresql, tmp_path):
         assert [row.id for row in ApiKeyRepository(session).valid(utc_now(), "PLM")] == [made.row.id]
         trail = AuditRepository(session).page(after=None, limit=5, actor=None, resource_id=made.row.id)
         assert [row.path for row in trail] == ["keys create PLM"]
+    claims = [KeyClaim(caller_sha256="c" * 64, key="k", id=f"{number:032}") for number in range(8)]
+    answers = KeptAnswers(database, hours=1)
+    with ThreadPoolExecutor(8) as pool:
+        outcomes = list(pool.map(lambda claim: claim_outcome(answers, claim), claims))
+    assert sorted(outcomes) == ["claimed"] + ["in flight"] * 7
+    kept = KeptAnswer(request_sha256="0" * 64, status=201, headers=[("etag", '"1"')], body=b"\x00")
+    answers.keep_alone(claims[outcomes.index("claimed")], kept)
+    assert answers.claim(claims[0], utc_now()) == kept
     database.dispose()

@@ -12,6 +12,8 @@ from gripwright.http.addresses import Addresses
 from gripwright.http.body_limit import BodyLimit
 from gripwright.http.errors import defect_problem, register_error_handlers
 from gripwright.http.head import Head
+from gripwright.http.host_check import HostCheck
+from gripwright.http.idempotency import REPLAYED, Idempotent
 from gripwright.http.observed import REQUEST_ID, Observed
 from gripwright.http.openapi import describe_problems
 from gripwright.http.routers import (
@@ -58,6 +60,9 @@ _SHOWN = (
     "Link",
     "Location",
     "Preference-Applied",
+    "RateLimit",
+    "RateLimit-Policy",
+    REPLAYED,
     "Retry-After",
     "WWW-Authenticate",
     REQUEST_ID,
@@ -79,6 +84,7 @@ def create_app(settings: Settings) -> FastAPI:
         prepare(service.database, automatically=settings.uses_default_database)
         service.start()
         service.audit.clear(utc_now())
+        service.answers.clear(utc_now())
         yield
         service.stop()
 
@@ -122,6 +128,7 @@ def _add_middleware(app: FastAPI, service: State) -> None:
     app.add_middleware(Head)
     app.add_middleware(Waiting, watch=service.ends, wait_max_s=settings.wait_max_s)
     app.add_middleware(ServerErrorMiddleware, handler=defect_problem)  # the framework's own is outside of all that follows
+    app.add_middleware(Idempotent, answers=service.answers)
     app.add_middleware(
         BodyLimit,
         upload_paths=frozenset({f"{PREFIX}/products", f"{PREFIX}/products/import"}),
@@ -129,9 +136,11 @@ def _add_middleware(app: FastAPI, service: State) -> None:
         body_max_bytes=settings.body_max_bytes,
     )
     app.add_middleware(Addresses)
-    app.add_middleware(Access, gate=service.gate, audit=service.audit, origins=settings.cors_origins)
+    app.add_middleware(Access, gate=service.gate, audit=service.audit, limits=service.limits, origins=settings.cors_origins)
     if settings.cors_origins:
         app.add_middleware(
             Cors, allow_origins=settings.cors_origins, allow_methods=_METHODS, allow_headers=_SENT, expose_headers=_SHOWN
         )
+    if settings.allowed_hosts or not settings.asks_for_access:
+        app.add_middleware(HostCheck, allowed=settings.allowed_hosts)
     app.add_middleware(Observed, requests=service.requests)

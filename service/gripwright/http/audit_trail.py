@@ -32,7 +32,7 @@ class AuditTrail:
 
     def holds(self, method: str, status: int, principal: Principal | None, now: datetime) -> bool:
         """Whether an answer of that status to a request of that method gets a row. Called by one thread."""
-        if principal is None:
+        if principal is None or status == 429:
             return self._has_room(now)
         return self._with_reads or method not in ("GET", "HEAD", "OPTIONS") or status == 403
 

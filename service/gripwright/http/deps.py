@@ -3,7 +3,7 @@
 What only looks something up is `async`: the framework would send anything else to a thread and wait for it.
 """
 
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from datetime import datetime
 from typing import Annotated, cast
 
@@ -27,9 +27,10 @@ _LISTING_S = 60.0
 Service = Annotated[State, Depends(service_state)]
 
 
-def write_session(service: Service) -> Iterator[Session]:
-    """One request, one transaction: commit on return, roll back on any exception."""
+def write_session(request: Request, service: Service) -> Iterator[Session]:
+    """One request, one transaction: commit on return, roll back on any exception. Its answer may be kept in it."""
     with service.database.write_sessions.begin() as session:
+        request.state.write_session = session
         yield session
 
 
@@ -77,3 +78,15 @@ async def asking_actor(request: Request) -> str:
 
 
 Actor = Annotated[str, Depends(asking_actor)]
+
+
+async def heavy_turn(service: Service) -> AsyncIterator[None]:
+    """One of the turns of this service. It begins when the body has arrived: slow callers hold none."""
+    await service.turns.take()
+    try:
+        yield
+    finally:
+        service.turns.give_back()
+
+
+HeavyTurn = Annotated[None, Depends(heavy_turn, scope="function")]

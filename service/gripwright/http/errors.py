@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Mapping, Sequence
 from http import HTTPStatus
+from types import MappingProxyType
 from typing import Any
 
 from fastapi import FastAPI, Request, Response
@@ -39,6 +40,10 @@ STATUS_OF_CODE: Mapping[str, int] = {
     "storage-unavailable": 503,
     "storage-refused": 500,
     "insufficient-storage": 507,
+    "too-many-requests": 429,
+    "busy": 503,
+    "request-in-flight": 409,
+    "key-reused": 422,
 }
 
 
@@ -73,6 +78,34 @@ class OriginRefused(GripwrightError):
     """A page of another site sent the request, and its origin is not on the list."""
 
     code = "origin-refused"
+
+
+class TooManyRequests(GripwrightError):
+    """The caller has asked more than it may for now."""
+
+    code = "too-many-requests"
+
+    def __init__(self, detail: str, *, retry_after_s: int, headers: Mapping[str, str] = MappingProxyType({})) -> None:
+        super().__init__(detail, retry_after_s=retry_after_s)
+        self.headers = headers
+
+
+class Busy(GripwrightError):
+    """As much is worked on as the service can, and nothing ended in time."""
+
+    code = "busy"
+
+
+class RequestInFlight(GripwrightError):
+    """The first request with this `Idempotency-Key` is not answered yet."""
+
+    code = "request-in-flight"
+
+
+class KeyReused(GripwrightError):
+    """The `Idempotency-Key` belongs to another request."""
+
+    code = "key-reused"
 
 
 class NotReady(GripwrightError):
@@ -110,15 +143,18 @@ def domain_problem(request: Request, error: Exception) -> JSONResponse:
     """The problem that a domain error is, with what HTTP wants said beside it."""
     assert isinstance(error, GripwrightError)
     status = STATUS_OF_CODE.get(error.code, 500)
-    headers = {"Retry-After": "5"} if status == 503 else None
+    headers = dict(error.headers) if isinstance(error, TooManyRequests) else {}
+    retry_after_s = error.context.get("retry_after_s", 5 if status == 503 else None)
+    if retry_after_s is not None:
+        headers["Retry-After"] = str(retry_after_s)
     if status == 401:
         refused = "authorization" in request.headers
-        headers = {"WWW-Authenticate": 'Bearer realm="gripwright"' + (', error="invalid_token"' if refused else "")}
+        headers["WWW-Authenticate"] = 'Bearer realm="gripwright"' + (', error="invalid_token"' if refused else "")
     elif error.code == "scope-missing":
         needed = error.context["scope"]
-        headers = {"WWW-Authenticate": f'Bearer realm="gripwright", error="insufficient_scope", scope="{needed}"'}
+        headers["WWW-Authenticate"] = f'Bearer realm="gripwright", error="insufficient_scope", scope="{needed}"'
     elif status == 415 and request.method == "PATCH":
-        headers = {"Accept-Patch": ", ".join(MERGE_PATCH_TYPES)}
+        headers["Accept-Patch"] = ", ".join(MERGE_PATCH_TYPES)
     return problem(status, error.code, error.detail, faults=error.faults, headers=headers)
 
 

@@ -6,6 +6,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
 from gripwright.http.gate import required_scope
+from gripwright.http.idempotency import HEADER, KEY_LENGTH, KEY_PATTERN, REPLAYED
 from gripwright.http.schemas.problem import Problem, problems
 
 _REF = "#/components/schemas/{model}"
@@ -13,6 +14,16 @@ _BEARER = {
     "type": "http",
     "scheme": "bearer",
     "description": "An API key, or a token of the issuer. Not asked for where the service listens on loopback alone.",
+}
+_IDEMPOTENCY_KEY = {
+    "name": HEADER,
+    "in": "header",
+    "required": False,
+    "description": (
+        "A name of this request that its caller makes up. The same request again is answered as the first time, with "
+        f"`{REPLAYED}: true`, and done once; 409 while the first is being answered, 422 where it was another request"
+    ),
+    "schema": {"type": "string", "minLength": 1, "maxLength": KEY_LENGTH, "pattern": KEY_PATTERN},
 }
 _REPLACED = ("HTTPValidationError", "ValidationError")
 
@@ -42,9 +53,12 @@ def _document(app: FastAPI) -> dict[str, Any]:
             scope = required_scope(method.upper(), path)
             operation["security"] = [] if scope is None else [{"bearer": [scope.value]}]
             if scope is not None:
-                operation["responses"] |= {str(status): answer for status, answer in problems(401, 403).items()}
+                operation["responses"] |= {str(status): answer for status, answer in problems(401, 403, 429).items()}
             if "422" in operation["responses"]:
                 operation["responses"]["422"] = problems(422)[422]
+            if method == "post":
+                operation.setdefault("parameters", []).append(_IDEMPOTENCY_KEY)
+                operation["responses"] |= {str(status): answer for status, answer in problems(409, 422).items()}
             if "requestBody" in operation:
                 operation["responses"] |= {str(status): answer for status, answer in problems(400, 413, 415).items()}
     return document

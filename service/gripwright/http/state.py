@@ -7,6 +7,9 @@ from collections import Counter
 from gripwright.cad.limits import Limits
 from gripwright.http.audit_trail import AuditTrail
 from gripwright.http.gate import Gate
+from gripwright.http.idempotency import KeptAnswers
+from gripwright.http.rate_limits import RateLimits
+from gripwright.http.turns import Turns
 from gripwright.http.waiting import EndWatch
 from gripwright.registry.description import RegistryDescription, RegistryUnreadable, describe_in_child
 from gripwright.settings import Settings
@@ -26,6 +29,9 @@ class State:
         self.gate = Gate(settings, self.database)
         self.audit = AuditTrail(self.database, days=settings.audit_days, with_reads=settings.audit_reads)
         self.ends = EndWatch(self.database, seats=settings.wait_requests)
+        self.answers = KeptAnswers(self.database, hours=settings.idempotency_hours)
+        self.limits = RateLimits(settings)
+        self.turns = Turns(settings.heavy_requests, wait_s=settings.heavy_wait_s)
         self.package_limits = Limits()
         self.plugins: RegistryDescription | None = None
         self.plugins_problem = ""

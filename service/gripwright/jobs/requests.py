@@ -15,7 +15,6 @@ from gripwright.store.actuators import ActuatorRepository, actuator_of
 from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.columns import new_id
 from gripwright.store.designs import USUAL_TERMS, DesignRepository, JobTerms
-from gripwright.store.idempotency import IdempotencyRepository
 from gripwright.store.models import DesignRow, ProductRow
 from gripwright.store.products import ProductRepository
 
@@ -49,28 +48,6 @@ def request_design(
         created_at=now,
     )
     DesignRepository(session).add(design, now, terms)
-    return design
-
-
-def request_design_once(
-    session: Session,
-    artifacts: ArtifactStore,
-    description: RegistryDescription,
-    product_id: str,
-    options: Mapping[str, Any],
-    now: datetime,
-    terms: JobTerms = USUAL_TERMS,
-    *,
-    key: str,
-    request_sha256: str,
-) -> DesignRow:
-    """`request_design` under an idempotency key: the same request again gives the same design."""
-    answers = IdempotencyRepository(session)
-    known = answers.find_design(key, request_sha256)
-    if known is not None:
-        return DesignRepository(session).get(known)
-    design = request_design(session, artifacts, description, product_id, options, now, terms)
-    answers.remember(key, request_sha256, design.id, now)
     return design
 
 

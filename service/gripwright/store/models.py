@@ -3,7 +3,19 @@
 from datetime import datetime
 from typing import Any
 
-from sqlalchemy import JSON, BigInteger, CheckConstraint, ForeignKey, Index, Integer, MetaData, String, Text, UniqueConstraint
+from sqlalchemy import (
+    JSON,
+    BigInteger,
+    CheckConstraint,
+    ForeignKey,
+    Index,
+    Integer,
+    LargeBinary,
+    MetaData,
+    String,
+    Text,
+    UniqueConstraint,
+)
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
 
 from gripwright.store.columns import UtcDateTime
@@ -241,14 +253,20 @@ class WebhookDeliveryRow(Base):
 
 
 class IdempotencyRow(Base):
-    """An answer given under an `Idempotency-Key`, to be given again."""
+    """A request under an `Idempotency-Key`: in flight while it has no status, afterwards its answer, to be given again."""
 
     __tablename__ = "idempotency"
+    __table_args__ = (Index(None, "expires_at"),)
 
+    caller_sha256: Mapped[str] = mapped_column(_SHA256, primary_key=True)  # keys belong to their callers
     key: Mapped[str] = mapped_column(String(255), primary_key=True)
-    request_sha256: Mapped[str] = mapped_column(_SHA256)  # of method, path and body
-    design_id: Mapped[str] = mapped_column(_ID, ForeignKey("design.id", ondelete="CASCADE"))
+    claim_id: Mapped[str] = mapped_column(_ID)  # of the request; another one may take over what has expired
+    request_sha256: Mapped[str | None] = mapped_column(_SHA256)  # of method, path and body
+    status: Mapped[int | None]
+    headers: Mapped[list[Any] | None] = mapped_column(JSON(none_as_null=True))  # pairs of name and value
+    body: Mapped[bytes | None] = mapped_column(LargeBinary)
     created_at: Mapped[datetime]
+    expires_at: Mapped[datetime]
 
 
 class ApiKeyRow(Base):

@@ -7,6 +7,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request, Response, status
 from gripwright.domain.errors import Fault, InvalidInput
 from gripwright.http.deps import Now, ReadSession, WriteSession
 from gripwright.http.errors import UnsupportedMediaType
+from gripwright.http.idempotency import ActingRoute
 from gripwright.http.preconditions import ABSENT, IfMatch, check_match
 from gripwright.http.reading import NOT_MODIFIED, Sparse
 from gripwright.http.schemas.actuators import CSV_SCHEMA, ActuatorFigures, ActuatorImport, ActuatorList, ActuatorView
@@ -15,7 +16,7 @@ from gripwright.jobs.catalogue import import_actuators
 from gripwright.store.actuators import ActuatorRepository
 from gripwright.store.models import ActuatorRow
 
-router = APIRouter(prefix="/actuators", tags=["actuators"])
+router = APIRouter(prefix="/actuators", tags=["actuators"], route_class=ActingRoute)
 
 Maker = Annotated[str, Path(min_length=1, max_length=100, pattern=r"^[^/\x00-\x1f]+$")]
 Model = Annotated[str, Path(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f]+$", description="may contain /")]

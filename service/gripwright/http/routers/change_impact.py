@@ -3,13 +3,14 @@
 from fastapi import APIRouter, Response, status
 
 from gripwright.http.deps import Actor, Artifacts, Now, Plugins, Service, WriteSession
+from gripwright.http.idempotency import ActingRoute
 from gripwright.http.polling import poll_headers
 from gripwright.http.schemas.change_impact import ImpactRequest, ImpactView
 from gripwright.http.schemas.problem import problems
 from gripwright.jobs.impact import study_impact
 from gripwright.store.designs import JobTerms
 
-router = APIRouter(tags=["designs"])
+router = APIRouter(tags=["designs"], route_class=ActingRoute)
 
 
 @router.post(

@@ -1,6 +1,5 @@
 """Designs: request, read, and their files."""
 
-import hashlib
 import json
 from pathlib import PurePosixPath
 from typing import Annotated, Literal
@@ -12,6 +11,7 @@ from sqlalchemy.orm import Session
 from gripwright.http.bom import FORMS, JSON, View, bom_response, preferred
 from gripwright.http.deps import Actor, Artifacts, Now, Plugins, ReadSession, Service, WriteSession
 from gripwright.http.downloads import archive_response, file_response
+from gripwright.http.idempotency import ActingRoute
 from gripwright.http.pagination import Changes, ChangesRequest, list_answer
 from gripwright.http.polling import poll_headers
 from gripwright.http.preconditions import IfNoneMatch, IfRange, Range, is_known
@@ -20,12 +20,12 @@ from gripwright.http.reading import NOT_MODIFIED, Sparse, content_tag
 from gripwright.http.schemas.designs import DesignAccepted, DesignPage, DesignRequest, DesignSummary, DesignView
 from gripwright.http.schemas.problem import problems
 from gripwright.http.schemas.products import product_reference
-from gripwright.jobs.requests import request_design, request_design_once
+from gripwright.jobs.requests import request_design
 from gripwright.store.designs import DesignRepository, JobRepository, JobTerms
 from gripwright.store.jobs import DOCUMENT
 from gripwright.store.products import ProductRepository
 
-router = APIRouter(tags=["designs"])
+router = APIRouter(tags=["designs"], route_class=ActingRoute)
 
 DesignStatus = Annotated[
     Literal["queued", "running", "complete", "incomplete", "failed", "cancelled"] | None, Query(description="only those")
@@ -51,22 +51,14 @@ def create_design(
     now: Now,
     actor: Actor,
     service: Service,
-    request: Request,
     response: Response,
-    idempotency_key: Annotated[str | None, Header(min_length=1, max_length=255)] = None,
 ) -> DesignAccepted:
     """Queue a design of this product. Poll `Location`; the BOM is there once its status is `complete` or `incomplete`.
 
     `Prefer: wait=n` waits for that: where the design ends within n seconds the answer is 201 with the design itself.
     """
     terms = JobTerms(priority=body.priority, client=actor, deadline_s=body.deadline_s or service.settings.design_deadline_s)
-    if idempotency_key is None:
-        design = request_design(session, artifacts, plugins, product_id, body.options, now, terms)
-    else:
-        sha256 = hashlib.sha256(json.dumps([request.url.path, body.model_dump()], sort_keys=True).encode()).hexdigest()
-        design = request_design_once(
-            session, artifacts, plugins, product_id, body.options, now, terms, key=idempotency_key, request_sha256=sha256
-        )
+    design = request_design(session, artifacts, plugins, product_id, body.options, now, terms)
     response.headers.update(poll_headers(design.job, location=f"/api/v1/designs/{design.id}"))
     return DesignAccepted.of(design)
 

@@ -8,6 +8,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from gripwright.http.deps import Now, ReadSession, Service, WriteSession
 from gripwright.http.events import follow_job
+from gripwright.http.idempotency import ActingRoute
 from gripwright.http.pagination import Changes, list_answer
 from gripwright.http.polling import poll_headers
 from gripwright.http.preferences import PREFER
@@ -16,7 +17,7 @@ from gripwright.http.schemas.designs import JobPage, JobPatch, JobView
 from gripwright.http.schemas.problem import problems
 from gripwright.store.designs import JobRepository
 
-router = APIRouter(prefix="/jobs", tags=["jobs"])
+router = APIRouter(prefix="/jobs", tags=["jobs"], route_class=ActingRoute)
 
 JobStatus = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 

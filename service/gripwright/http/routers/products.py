@@ -6,7 +6,8 @@ from fastapi import APIRouter, Body, Query, Request, Response, status
 from fastapi.responses import JSONResponse
 
 from gripwright.http.bundles import stored_packages
-from gripwright.http.deps import Artifacts, Now, ReadSession, Service, WriteSession
+from gripwright.http.deps import Artifacts, HeavyTurn, Now, ReadSession, Service, WriteSession
+from gripwright.http.idempotency import ActingRoute
 from gripwright.http.merge_patch import MergePatch, patch_schema
 from gripwright.http.pagination import Changes, list_answer
 from gripwright.http.preconditions import IfMatch, check_match, require_match, version_tag
@@ -21,7 +22,7 @@ from gripwright.jobs.requests import delete_product
 from gripwright.store.columns import utc_now
 from gripwright.store.products import ProductRepository
 
-router = APIRouter(prefix="/products", tags=["products"])
+router = APIRouter(prefix="/products", tags=["products"], route_class=ActingRoute)
 
 
 DryRun = Annotated[bool, Query(description="say what would be done, and do nothing")]
@@ -34,12 +35,13 @@ DryRun = Annotated[bool, Query(description="say what would be done, and do nothi
     response_model=ProductView,
     responses={
         200: {"model": ProductView | ImportedProductView, "description": "It exists with the same content; or a dry run"},
-        **problems(409, 413, 415, 422),
+        **problems(409, 413, 415, 422, 503),
     },
     openapi_extra=UPLOAD_SCHEMA,
 )
 def create_product(
     upload: UploadParts,
+    turn: HeavyTurn,
     service: Service,
     session: WriteSession,
     artifacts: Artifacts,
@@ -60,8 +62,10 @@ def create_product(
     return ProductView.of(row)
 
 
-@router.post("/import", operation_id="import_products", responses=problems(413, 415, 422), openapi_extra=IMPORT_SCHEMA)
-def import_products(upload: UploadParts, service: Service, artifacts: Artifacts, dry_run: DryRun = False) -> ProductImportView:
+@router.post("/import", operation_id="import_products", responses=problems(413, 415, 422, 503), openapi_extra=IMPORT_SCHEMA)
+def import_products(
+    upload: UploadParts, turn: HeavyTurn, service: Service, artifacts: Artifacts, dry_run: DryRun = False
+) -> ProductImportView:
     """Upload several packages, as parts or in a .zip of packages. Each is stored or refused by itself: `outcome` says which."""
     products = ProductImport(service.database, artifacts, service.package_limits, clock=utc_now, dry_run=dry_run)
     with stored_packages(upload, service.package_limits, most=service.settings.import_max_packages) as packages:

@@ -3,6 +3,7 @@
 from fastapi import APIRouter, Response, status
 
 from gripwright.http.deps import Now, ReadSession, Service, WriteSession
+from gripwright.http.idempotency import ActingRoute
 from gripwright.http.schemas.problem import problems
 from gripwright.http.schemas.webhooks import WebhookCreated, WebhookRequest, WebhookView
 from gripwright.jobs.deliveries import check_target, new_secret
@@ -10,7 +11,7 @@ from gripwright.store.columns import new_id
 from gripwright.store.models import WebhookRow
 from gripwright.store.webhooks import WebhookRepository
 
-router = APIRouter(prefix="/webhooks", tags=["webhooks"])
+router = APIRouter(prefix="/webhooks", tags=["webhooks"], route_class=ActingRoute)
 
 _NEWEST = 50
 
