@@ -3,7 +3,7 @@
 import ipaddress
 import os
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, Field, model_validator
@@ -82,6 +82,13 @@ class Settings(BaseSettings):
     )
     audit_days: int = Field(default=365, ge=1, le=36_500, description="how long the audit trail is kept")
     audit_reads: bool = Field(default=False, description="the audit trail holds requests that only read, too")
+
+    log_format: Literal["json", "console"] | None = Field(default=None, description="of the log; none: console on a terminal")
+    log_level: Literal["DEBUG", "INFO", "WARNING", "ERROR"] = Field(default="INFO", description="of the log")
+    free_mb_min: int = Field(default=200, ge=0, description="free space for files, below which the service is not ready")
+    shutdown_s: float = Field(
+        default=20.0, ge=0, le=600, description="time for requests in flight when the service is told to end"
+    )
 
     @model_validator(mode="after")
     def _audience_with_issuer(self) -> Self:

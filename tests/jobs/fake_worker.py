@@ -9,9 +9,11 @@ from fake_calculation import STAGES_AT, design
 
 from gripwright.jobs.child import preload
 from gripwright.jobs.steps import Workshop
+from gripwright.jobs.tally import Tally
 from gripwright.jobs.worker import work
 from gripwright.jobs.workflow import DesignOffice
 from gripwright.settings import load_settings
+from gripwright.store.engines import Database
 from gripwright.store.jobs import open_design_jobs
 
 
@@ -21,5 +23,6 @@ def main():
     preload()
     settings = load_settings()
     workshop = dataclasses.replace(Workshop.of(settings), stages_at=STAGES_AT)
-    work(DesignOffice(jobs=open_design_jobs(settings), workshop=workshop, pipeline=design), settings)
+    tally = Tally(Database(settings.resolved_database_url))
+    work(DesignOffice(jobs=open_design_jobs(settings), tally=tally, workshop=workshop, pipeline=design), settings)
     os._exit(0)

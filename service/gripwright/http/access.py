@@ -7,6 +7,7 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from structlog.contextvars import bind_contextvars
 
 from gripwright.domain.access import ANYBODY, AccessScope, Principal
 from gripwright.domain.errors import GripwrightError
@@ -43,6 +44,8 @@ class Access:
         request = Request(scope)
         try:
             principal = await run_in_threadpool(self._gate.identify, request.headers.get("authorization", ""), utc_now())
+            scope["state"]["actor"] = principal.actor
+            bind_contextvars(actor=principal.actor)
             check_scope(principal, needed)
             if principal is ANYBODY and needed is AccessScope.WRITE:
                 self._check_origin(request.headers)

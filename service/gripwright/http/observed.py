@@ -1,13 +1,19 @@
-"""What every answer has, and what is counted of it."""
+"""What every answer has, and what is counted and told of it."""
 
+import logging
 import re
 import secrets
-from collections import Counter
+import time
 from collections.abc import Mapping
 from types import MappingProxyType
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from structlog.contextvars import bound_contextvars
+
+from gripwright.http.metrics import Metrics
+from gripwright.http.trace_context import trace_of
+from gripwright.logs import FIELDS
 
 SECURITY_HEADERS: Mapping[str, str] = MappingProxyType(
     {
@@ -21,34 +27,55 @@ SECURITY_HEADERS: Mapping[str, str] = MappingProxyType(
 """On every answer that does not set them itself."""
 
 REQUEST_ID = "X-Request-ID"
-_METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})  # any other word is counted as one
 _ID_OF_CALLER = re.compile(r"[A-Za-z0-9._-]{1,64}")
+
+_log = logging.getLogger("gripwright.access")
 
 
 class Observed:
-    """ASGI middleware: security headers and an id on every answer, and a count of answers by method, route and status."""
+    """ASGI middleware: security headers and an id on every answer; each is counted, timed and told to the log."""
 
-    def __init__(self, app: ASGIApp, *, requests: Counter[tuple[str, str, int]]) -> None:
-        self._app, self._requests = app, requests
+    def __init__(self, app: ASGIApp, *, metrics: Metrics) -> None:
+        self._app, self._metrics = app, metrics
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on, and see its answer off."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        given = Headers(scope=scope).get(REQUEST_ID, "")
+        headers, started_s = Headers(scope=scope), time.monotonic()
+        given = headers.get(REQUEST_ID, "")
         request_id = given if _ID_OF_CALLER.fullmatch(given) else secrets.token_hex(16)
-        scope.setdefault("state", {})["request_id"] = request_id
+        trace = trace_of(headers.get("traceparent", ""))
+        scope.setdefault("state", {}).update(request_id=request_id, trace=trace)
+        status = 500  # where no answer begins: the connection is closed on the caller
 
         async def observed(message: Message) -> None:
+            nonlocal status
             if message["type"] == "http.response.start":
-                headers = MutableHeaders(scope=message)
+                status = message["status"]
+                answered = MutableHeaders(scope=message)
                 for name, value in SECURITY_HEADERS.items():
-                    headers.setdefault(name, value)
-                headers[REQUEST_ID] = request_id
-                route = getattr(scope.get("route"), "path", "")
-                method = scope["method"] if scope["method"] in _METHODS else "other"
-                self._requests[method, route, message["status"]] += 1
+                    answered.setdefault(name, value)
+                answered[REQUEST_ID] = request_id
             await send(message)
 
-        await self._app(scope, receive, observed)
+        with bound_contextvars(request_id=request_id, trace_id=trace.trace_id):
+            try:
+                await self._app(scope, receive, observed)
+            finally:
+                self._answered(scope, status, time.monotonic() - started_s)
+
+    def _answered(self, scope: Scope, status: int, seconds: float) -> None:
+        route = getattr(scope.get("route"), "path", "")
+        self._metrics.request_answered(scope["method"], route, status, seconds)
+        fields = {
+            "method": scope["method"],
+            "path": scope["path"],
+            "route": route,
+            "status": status,
+            "duration_s": round(seconds, 4),
+            "actor": scope["state"].get("actor", ""),
+            "client": scope["client"][0] if scope.get("client") else "",
+        }
+        _log.info("%s %s %d", scope["method"], scope["path"], status, extra={FIELDS: fields})

@@ -2,11 +2,12 @@
 
 import logging
 import threading
-from collections import Counter
+from collections.abc import Callable
 
 from gripwright.cad.limits import Limits
 from gripwright.http.audit_trail import AuditTrail
 from gripwright.http.gate import Gate
+from gripwright.http.metrics import Metrics
 from gripwright.registry.description import RegistryDescription, RegistryUnreadable, describe_in_child
 from gripwright.settings import Settings
 from gripwright.store.artifacts import ArtifactStore
@@ -27,7 +28,9 @@ class State:
         self.package_limits = Limits()
         self.plugins: RegistryDescription | None = None
         self.plugins_problem = ""
-        self.requests: Counter[tuple[str, str, int]] = Counter()  # method, route, status
+        self.metrics = Metrics()
+        self.live_workers: Callable[[], int] | None = None  # of this process, where it keeps any
+        self.is_ending = False  # streams end, so that their listeners go on elsewhere
         self._listing = threading.Thread(target=self._list_plugins, name="plug-ins", daemon=True)
 
     def start(self) -> None:

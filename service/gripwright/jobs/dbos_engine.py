@@ -7,11 +7,12 @@ behind is run again by its successor: calls that DBOS recorded are not made agai
 
 import sqlite3
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from dbos import DBOS, DBOSConfig, SetWorkflowID, WorkflowSerializationFormat, WorkflowStatusString
+from structlog.contextvars import bound_contextvars
 
 import gripwright
 from gripwright.design.plan import Plan
@@ -20,8 +21,9 @@ from gripwright.design.toolbox import PluginVersion
 from gripwright.domain.errors import Cancelled, Fault, GripwrightError
 from gripwright.jobs.child import Refused
 from gripwright.jobs.engine import JobState, StepFailure, problem_of
+from gripwright.jobs.observed_step import run_observed_step
 from gripwright.jobs.progress import Throttle, design_fraction
-from gripwright.jobs.steps import StepCall, load_stages, run_step, step_call
+from gripwright.jobs.steps import StepCall, load_stages, step_call
 from gripwright.jobs.workflow import DesignOffice, run_design
 
 DESIGN_QUEUE, CPU_QUEUE = "design", "cpu"
@@ -86,13 +88,14 @@ class DbosEngine:
 
         @DBOS.workflow(name="design", serialization_type=WorkflowSerializationFormat.PORTABLE)
         def design(design_id: str, attempt: int) -> None:
-            run_design(
-                self._office,
-                design_id,
-                attempt,
-                resolve=lambda: _recorded("resolve", lambda: self._office.resolve(design_id)),
-                runner=lambda plan, versions: _DurableRunner(self._office, design_id, attempt, plan, versions, step),
-            )
+            with bound_contextvars(design=design_id, attempt=attempt):
+                run_design(
+                    self._office,
+                    design_id,
+                    attempt,
+                    resolve=lambda: _recorded("resolve", lambda: self._office.resolve(design_id)),
+                    runner=lambda plan, versions: _DurableRunner(self._office, design_id, attempt, plan, versions, step),
+                )
 
         return design, step
 
@@ -114,7 +117,7 @@ class DbosEngine:
         try:
             if cancelled():
                 raise Cancelled("the caller asked to stop")
-            run_step(self._office.workshop, call, on_progress=advance, cancelled=asked_to_stop)
+            run_observed_step(self._office, design_id, attempt, call, on_progress=advance, cancelled=asked_to_stop)
         except GripwrightError as error:
             return problem_of(error)
         return None
@@ -149,7 +152,7 @@ class _DurableRunner:
         steps = [step_call(self._stages[stage], inputs, self._plan, self._versions) for inputs in calls]
         distinct = {step["key"]: step for step in steps}
         # Recorded, so that a design that is run again after a crash makes the same calls, though more is stored by then.
-        missing = _recorded("missing", lambda: [key for key in distinct if not self._office.workshop.steps.has(key)])
+        missing = _recorded("missing", lambda: self._missing(stage, distinct))
         children = [
             self._enqueue(distinct[key], index + len(distinct) - len(missing), len(distinct)) for index, key in enumerate(missing)
         ]
@@ -158,6 +161,12 @@ class _DurableRunner:
             if problem is not None:
                 raise _error_of(problem)
         return [step["key"] for step in steps]
+
+    def _missing(self, stage: str, keys: Iterable[str]) -> list[str]:
+        """The keys of steps whose result is not stored; the others are counted."""
+        found = {key: self._office.workshop.steps.has(key) for key in keys}
+        self._office.tally.steps_stored(stage, sum(found.values()))
+        return [key for key, is_stored in found.items() if not is_stored]
 
     def _enqueue(self, call: StepCall, index: int, total: int) -> str:
         child = f"{workflow_id(self._design_id, self._attempt)}.{call['stage']}.{call['key'][:32]}"

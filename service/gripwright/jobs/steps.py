@@ -136,13 +136,13 @@ def run_step(
     *,
     on_progress: Progress = lambda fraction, message: None,
     cancelled: Callable[[], bool] = lambda: False,
-) -> None:
-    """Compute and store the result of a call, in a child; nothing to do where it is stored.
+) -> bool:
+    """Compute and store the result of a call, in a child; False where it is stored already and nothing had to be done.
 
     Raises Cancelled, any GripwrightError of the stage, or StepFailure where the step crashed, hung or took too much memory.
     """
     if workshop.steps.has(call["key"]):
-        return
+        return False
     argument = {
         "call": call,
         "allow": workshop.plugins_allow,
@@ -155,6 +155,7 @@ def run_step(
         plugin,
         lambda: run_in_child(_compute, argument, limits=workshop.limits, on_progress=on_progress, cancelled=cancelled),
     )
+    return True
 
 
 def _stored(store: StepStore, ref: Ref, types: RecordTypes) -> Any:

@@ -16,8 +16,11 @@ from gripwright.jobs.engine import DesignJobs, JobEngine, StepFailure, problem_o
 from gripwright.jobs.slots import Slots
 from gripwright.jobs.steps import Workshop
 from gripwright.jobs.supervisor import LIFELINE
+from gripwright.jobs.tally import Tally
 from gripwright.jobs.workflow import DesignOffice
+from gripwright.logs import of_this_process, take_over
 from gripwright.settings import Settings
+from gripwright.store.engines import Database
 from gripwright.store.jobs import open_design_jobs
 
 if TYPE_CHECKING:
@@ -36,7 +39,8 @@ def run_worker(settings: Settings) -> NoReturn:
 
     preload()
     workshop = Workshop.of(settings)
-    office = DesignOffice(jobs=open_design_jobs(settings), workshop=workshop, pipeline=design)
+    tally = Tally(Database(settings.resolved_database_url))
+    office = DesignOffice(jobs=open_design_jobs(settings), tally=tally, workshop=workshop, pipeline=design)
     deliveries = DeliveryLoop(settings)
     deliveries.start()
     work(office, settings)
@@ -53,6 +57,9 @@ def work(office: DesignOffice, settings: Settings) -> None:
     slot = slots.take()
     engine = DbosEngine(office, database_url=jobs_database_url(settings), executor=slot.executor)
     engine.start()
+    office.tally.start()
+    take_over("dbos")
+    of_this_process(worker=slot.executor)
     log.info("worker %s is ready", slot.executor)
     next_sweep_s = time.monotonic() + _SWEEP_S
     while not stop.wait(_DISPATCH_S):
@@ -61,6 +68,7 @@ def work(office: DesignOffice, settings: Settings) -> None:
             sweep(office.jobs, engine, slots)
             next_sweep_s = time.monotonic() + _SWEEP_S
     engine.stop()
+    office.tally.stop()
 
 
 def dispatch(jobs: DesignJobs, engine: JobEngine) -> None:
@@ -89,8 +97,13 @@ def jobs_database_url(settings: Settings) -> str:
 def _on_end(end: Callable[[], None]) -> None:
     """Call `end` at SIGTERM and SIGINT, and where the supervisor dies."""
 
+    ended = threading.Event()
+
     def handler(number: int, frame: "FrameType | None") -> None:
-        del number, frame
+        del frame
+        if ended.is_set():
+            os._exit(128 + number)  # told twice
+        ended.set()
         end()
 
     signal.signal(signal.SIGTERM, handler)

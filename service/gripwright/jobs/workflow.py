@@ -15,6 +15,7 @@ from gripwright.domain.errors import Cancelled, GripwrightError
 from gripwright.domain.gripper import Actuator
 from gripwright.jobs.engine import DesignJobs, problem_of
 from gripwright.jobs.steps import Workshop, resolve_plan
+from gripwright.jobs.tally import Tally
 from gripwright.store.jobs import DesignSnapshot
 
 log = logging.getLogger(__name__)
@@ -37,9 +38,10 @@ _DEFECT: dict[str, Any] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DesignOffice:
-    """What running a design takes: the database, the workshop and the calculation."""
+    """What running a design takes: the database, the workshop and the calculation; and where it is counted."""
 
     jobs: DesignJobs
+    tally: Tally
     workshop: Workshop
     pipeline: Pipeline
 

@@ -16,6 +16,7 @@ from gripwright.store.engines import Database
 from gripwright.store.events import queue_webhooks, record_event
 from gripwright.store.media_types import media_type_of
 from gripwright.store.models import DesignFileRow, DesignRow, JobRow
+from gripwright.store.step_stats import DESIGN, Ended, StepStatRepository, kind_of
 
 DOCUMENT = "design.json"
 
@@ -111,6 +112,8 @@ class StoredDesignJobs:
         job.status, job.finished_at, job.cancel_requested = status, now, False
         record_event(session, job, "status", now)
         queue_webhooks(session, job.design, event, now)
+        outcome, seconds = (job.problem or {}).get("code", event), (now - (job.started_at or now)).total_seconds()
+        StepStatRepository(session).add({kind_of(DESIGN, outcome, seconds): Ended(1, seconds)})
 
     def _file_row(self, design_id: str, path: str, sha256: str) -> DesignFileRow:
         size = self._artifacts.path(sha256).stat().st_size

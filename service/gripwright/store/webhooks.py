@@ -2,7 +2,7 @@
 
 from datetime import datetime, timedelta
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from gripwright.domain.errors import NotFound
@@ -31,6 +31,15 @@ class WebhookRepository:
         """Remove a subscriber with all messages to it."""
         self._session.delete(row)
         self._session.flush()
+
+    def count_disabled(self) -> int:
+        """How many nothing is sent to."""
+        return self._session.scalar(select(func.count()).where(WebhookRow.enabled.is_(False))) or 0
+
+    def delivery_counts(self) -> dict[str, int]:
+        """How many messages are kept of each status."""
+        query = select(WebhookDeliveryRow.status, func.count().label("messages")).group_by(WebhookDeliveryRow.status)
+        return {row.status: row.messages for row in self._session.execute(query)}
 
     def deliveries(self, webhook_id: str, limit: int) -> list[WebhookDeliveryRow]:
         """The newest messages to a subscriber."""

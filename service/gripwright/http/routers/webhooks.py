@@ -24,7 +24,15 @@ _NEWEST = 50
 def create_webhook(body: WebhookRequest, session: WriteSession, service: Service, now: Now, response: Response) -> WebhookCreated:
     """Subscribe to the ends of designs. Messages are signed as Standard Webhooks says; the secret is shown this once."""
     check_target(str(body.url), allow_private=service.settings.webhook_private_targets)
-    row = WebhookRow(id=new_id(now), url=str(body.url), events=list(body.events), secret=new_secret(), created_at=now)
+    row = WebhookRow(
+        id=new_id(now),
+        url=str(body.url),
+        events=list(body.events),
+        secret=new_secret(),
+        enabled=True,
+        disabled_reason="",
+        created_at=now,
+    )
     WebhookRepository(session).add(row)
     response.headers["Location"] = f"/api/v1/webhooks/{row.id}"
     return WebhookCreated.of(row)
