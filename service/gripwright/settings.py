@@ -70,6 +70,8 @@ class Settings(BaseSettings):
     gripper_set_timeout_s: float = Field(default=30.0, gt=0, description="longest synchronous gripper-set optimisation")
     webhook_private_targets: bool = Field(default=False, description="allow webhooks to loopback and private addresses")
     webhook_attempts: int = Field(default=8, ge=1, le=20, description="deliveries tried before a message is given up")
+    webhook_days: int = Field(default=30, ge=1, le=3650, description="how long messages that are over are kept")
+    webhook_failing_days: float = Field(default=5.0, gt=0, description="of failures alone, after which a webhook is disabled")
     access_required: bool = Field(default=False, description="ask for a key or token on loopback too; elsewhere always")
     oidc_issuer: Annotated[str, AfterValidator(_issuer)] | None = Field(default=None, description="whose bearer tokens are taken")
     oidc_audience: str | None = Field(default=None, min_length=1, description="that the tokens must be for")
