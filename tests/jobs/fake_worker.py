@@ -15,6 +15,7 @@ from gripwright.jobs.workflow import DesignOffice
 from gripwright.settings import load_settings
 from gripwright.store.engines import Database
 from gripwright.store.jobs import open_design_jobs
+from gripwright.traces import tracer_from_environment
 
 
 def main():
@@ -24,5 +25,6 @@ def main():
     settings = load_settings()
     workshop = dataclasses.replace(Workshop.of(settings), stages_at=STAGES_AT)
     tally = Tally(Database(settings.resolved_database_url))
-    work(DesignOffice(jobs=open_design_jobs(settings), tally=tally, workshop=workshop, pipeline=design), settings)
+    jobs, tracer = open_design_jobs(settings), tracer_from_environment()
+    work(DesignOffice(jobs=jobs, tally=tally, workshop=workshop, pipeline=design, tracer=tracer), settings)
     os._exit(0)

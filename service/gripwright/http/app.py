@@ -93,4 +93,4 @@ def _add_middleware(app: FastAPI, service: State) -> None:
         app.add_middleware(
             Cors, allow_origins=settings.cors_origins, allow_methods=_METHODS, allow_headers=_SENT, expose_headers=_SHOWN
         )
-    app.add_middleware(Observed, metrics=service.metrics)
+    app.add_middleware(Observed, metrics=service.metrics, tracer=service.tracer)

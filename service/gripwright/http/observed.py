@@ -6,14 +6,18 @@ import secrets
 import time
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from structlog.contextvars import bound_contextvars
 
 from gripwright.http.metrics import Metrics
-from gripwright.http.trace_context import trace_of
 from gripwright.logs import FIELDS
+from gripwright.traces import TracePlace, place_below
+
+if TYPE_CHECKING:
+    from gripwright.tracer import Tracer
 
 SECURITY_HEADERS: Mapping[str, str] = MappingProxyType(
     {
@@ -35,18 +39,18 @@ _log = logging.getLogger("gripwright.access")
 class Observed:
     """ASGI middleware: security headers and an id on every answer; each is counted, timed and told to the log."""
 
-    def __init__(self, app: ASGIApp, *, metrics: Metrics) -> None:
-        self._app, self._metrics = app, metrics
+    def __init__(self, app: ASGIApp, *, metrics: Metrics, tracer: "Tracer | None") -> None:
+        self._app, self._metrics, self._tracer = app, metrics, tracer
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on, and see its answer off."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        headers, started_s = Headers(scope=scope), time.monotonic()
+        headers, started_s, start_ns = Headers(scope=scope), time.monotonic(), time.time_ns()
         given = headers.get(REQUEST_ID, "")
         request_id = given if _ID_OF_CALLER.fullmatch(given) else secrets.token_hex(16)
-        trace = trace_of(headers.get("traceparent", ""))
+        trace = place_below(headers.get("traceparent", ""))
         scope.setdefault("state", {}).update(request_id=request_id, trace=trace)
         status = 500  # where no answer begins: the connection is closed on the caller
 
@@ -65,6 +69,7 @@ class Observed:
                 await self._app(scope, receive, observed)
             finally:
                 self._answered(scope, status, time.monotonic() - started_s)
+                self._tell(scope, status, trace, start_ns)
 
     def _answered(self, scope: Scope, status: int, seconds: float) -> None:
         route = getattr(scope.get("route"), "path", "")
@@ -79,3 +84,12 @@ class Observed:
             "client": scope["client"][0] if scope.get("client") else "",
         }
         _log.info("%s %s %d", scope["method"], scope["path"], status, extra={FIELDS: fields})
+
+    def _tell(self, scope: Scope, status: int, place: TracePlace, start_ns: int) -> None:
+        if self._tracer is None:
+            return
+        route = getattr(scope.get("route"), "path", "")
+        attributes = {"http.request.method": scope["method"], "http.route": route, "http.response.status_code": status}
+        failure = f"answered {status}" if status >= 500 else None
+        name = f"{scope['method']} {route}".strip()
+        self._tracer.tell(name, place, start_ns, time.time_ns(), attributes, error=failure, is_request=True)

@@ -12,6 +12,7 @@ from gripwright.registry.description import RegistryDescription, RegistryUnreada
 from gripwright.settings import Settings
 from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.engines import Database
+from gripwright.traces import tracer_from_environment
 
 _log = logging.getLogger(__name__)
 
@@ -29,6 +30,7 @@ class State:
         self.plugins: RegistryDescription | None = None
         self.plugins_problem = ""
         self.metrics = Metrics()
+        self.tracer = tracer_from_environment()
         self.live_workers: Callable[[], int] | None = None  # of this process, where it keeps any
         self.is_ending = False  # streams end, so that their listeners go on elsewhere
         self._listing = threading.Thread(target=self._list_plugins, name="plug-ins", daemon=True)
@@ -38,7 +40,9 @@ class State:
         self._listing.start()
 
     def stop(self) -> None:
-        """Close the database."""
+        """Close the database, and send the spans that wait."""
+        if self.tracer is not None:
+            self.tracer.stop()
         self.database.dispose()
 
     def wait_for_plugins(self, timeout_s: float) -> None:

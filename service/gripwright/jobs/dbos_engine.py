@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from dbos import DBOS, DBOSConfig, SetWorkflowID, WorkflowSerializationFormat, WorkflowStatusString
-from structlog.contextvars import bound_contextvars
 
 import gripwright
 from gripwright.design.plan import Plan
@@ -21,7 +20,7 @@ from gripwright.design.toolbox import PluginVersion
 from gripwright.domain.errors import Cancelled, Fault, GripwrightError
 from gripwright.jobs.child import Refused
 from gripwright.jobs.engine import JobState, StepFailure, problem_of
-from gripwright.jobs.observed_step import run_observed_step
+from gripwright.jobs.observed_step import observed_design, observed_hits, run_observed_step
 from gripwright.jobs.progress import Throttle, design_fraction
 from gripwright.jobs.steps import StepCall, load_stages, step_call
 from gripwright.jobs.workflow import DesignOffice, run_design
@@ -88,7 +87,7 @@ class DbosEngine:
 
         @DBOS.workflow(name="design", serialization_type=WorkflowSerializationFormat.PORTABLE)
         def design(design_id: str, attempt: int) -> None:
-            with bound_contextvars(design=design_id, attempt=attempt):
+            with observed_design(self._office, design_id, attempt):
                 run_design(
                     self._office,
                     design_id,
@@ -165,7 +164,7 @@ class _DurableRunner:
     def _missing(self, stage: str, keys: Iterable[str]) -> list[str]:
         """The keys of steps whose result is not stored; the others are counted."""
         found = {key: self._office.workshop.steps.has(key) for key in keys}
-        self._office.tally.steps_stored(stage, sum(found.values()))
+        observed_hits(self._office, self._design_id, self._attempt, stage, sum(found.values()))
         return [key for key, is_stored in found.items() if not is_stored]
 
     def _enqueue(self, call: StepCall, index: int, total: int) -> str:

@@ -4,6 +4,8 @@ import hashlib
 import importlib
 import json
 import logging
+import os
+import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -93,6 +95,14 @@ class StepCall(TypedDict):
     key: Ref
 
 
+class Computation(TypedDict):
+    """Where and when a step was computed."""
+
+    pid: int
+    start_ns: int
+    end_ns: int
+
+
 def load_stages(at: str) -> "Mapping[str, Stage]":
     """The stages at "module:attribute"."""
     module, _, attribute = at.partition(":")
@@ -136,13 +146,13 @@ def run_step(
     *,
     on_progress: Progress = lambda fraction, message: None,
     cancelled: Callable[[], bool] = lambda: False,
-) -> bool:
-    """Compute and store the result of a call, in a child; False where it is stored already and nothing had to be done.
+) -> Computation | None:
+    """Compute and store the result of a call, in a child; None where it is stored already and nothing had to be done.
 
     Raises Cancelled, any GripwrightError of the stage, or StepFailure where the step crashed, hung or took too much memory.
     """
     if workshop.steps.has(call["key"]):
-        return False
+        return None
     argument = {
         "call": call,
         "allow": workshop.plugins_allow,
@@ -150,12 +160,12 @@ def run_step(
         "steps": str(workshop.data_dir / "steps"),
     }
     plugin = next(iter(call["versions"])) if len(call["versions"]) == 1 else None
-    _guarded(
+    computation: Computation = _guarded(
         call["stage"],
         plugin,
         lambda: run_in_child(_compute, argument, limits=workshop.limits, on_progress=on_progress, cancelled=cancelled),
     )
-    return True
+    return computation
 
 
 def _stored(store: StepStore, ref: Ref, types: RecordTypes) -> Any:
@@ -182,8 +192,9 @@ def _versions(argument: dict[str, Any], progress: Progress) -> dict[str, PluginV
     return dict(build_toolbox(Plan(**argument["plan"]), _registry(argument["allow"])).versions)
 
 
-def _compute(argument: dict[str, Any], progress: Progress) -> None:
+def _compute(argument: dict[str, Any], progress: Progress) -> Computation:
     """Run the stage of a call and store its result."""
+    start_ns = time.time_ns()
     call: StepCall = argument["call"]
     registry, store = _registry(argument["allow"]), StepStore(Path(argument["steps"]))
     plan = Plan(**call["plan"])
@@ -207,6 +218,7 @@ def _compute(argument: dict[str, Any], progress: Progress) -> None:
         log.exception("the plug-in %s failed in the stage %s", plugin, call["stage"])
         raise PluginFailure(f"{plugin} raised {type(error).__name__}: {error}", stage=call["stage"], plugin=plugin) from error
     store.save(call["key"], dumps(value))
+    return Computation(pid=os.getpid(), start_ns=start_ns, end_ns=time.time_ns())
 
 
 class _Parts:

@@ -22,6 +22,7 @@ from gripwright.logs import of_this_process, take_over
 from gripwright.settings import Settings
 from gripwright.store.engines import Database
 from gripwright.store.jobs import open_design_jobs
+from gripwright.traces import tracer_from_environment
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -40,7 +41,8 @@ def run_worker(settings: Settings) -> NoReturn:
     preload()
     workshop = Workshop.of(settings)
     tally = Tally(Database(settings.resolved_database_url))
-    office = DesignOffice(jobs=open_design_jobs(settings), tally=tally, workshop=workshop, pipeline=design)
+    jobs, tracer = open_design_jobs(settings), tracer_from_environment()
+    office = DesignOffice(jobs=jobs, tally=tally, workshop=workshop, pipeline=design, tracer=tracer)
     deliveries = DeliveryLoop(settings)
     deliveries.start()
     work(office, settings)
@@ -69,6 +71,8 @@ def work(office: DesignOffice, settings: Settings) -> None:
             next_sweep_s = time.monotonic() + _SWEEP_S
     engine.stop()
     office.tally.stop()
+    if office.tracer is not None:
+        office.tracer.stop()
 
 
 def dispatch(jobs: DesignJobs, engine: JobEngine) -> None:

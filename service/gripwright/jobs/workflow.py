@@ -4,7 +4,7 @@ import json
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gripwright.design.plan import Plan, plan_of
 from gripwright.design.records import OwnTypes, loads
@@ -17,6 +17,9 @@ from gripwright.jobs.engine import DesignJobs, problem_of
 from gripwright.jobs.steps import Workshop, resolve_plan
 from gripwright.jobs.tally import Tally
 from gripwright.store.jobs import DesignSnapshot
+
+if TYPE_CHECKING:
+    from gripwright.tracer import Tracer
 
 log = logging.getLogger(__name__)
 
@@ -38,12 +41,13 @@ _DEFECT: dict[str, Any] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DesignOffice:
-    """What running a design takes: the database, the workshop and the calculation; and where it is counted."""
+    """What running a design takes: the database, the workshop and the calculation; and where it is counted and told."""
 
     jobs: DesignJobs
     tally: Tally
     workshop: Workshop
     pipeline: Pipeline
+    tracer: "Tracer | None" = None
 
     def resolve(self, design_id: str) -> Resolved:
         """The plan of a design and its plug-ins, checked."""

@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Any
 
 from sqlalchemy import select
@@ -28,6 +29,16 @@ class DesignSnapshot:
     task_sha256: str  # artifact: record of an AssemblyTask
     actuators_sha256: str  # artifact: record of a tuple of Actuator
     options: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Told:
+    """What a trace says of a job."""
+
+    traceparent: str | None  # of the request that asked for it
+    status: str
+    code: str | None  # of the problem
+    started_at: datetime | None
 
 
 class StoredDesignJobs:
@@ -66,6 +77,13 @@ class StoredDesignJobs:
         with self._database.read_sessions() as session:
             row = session.get_one(DesignRow, design_id)
             return DesignSnapshot(task_sha256=row.task_sha256, actuators_sha256=row.actuators_sha256, options=row.options)
+
+    def told(self, design_id: str) -> Told:
+        """What its trace says of a job."""
+        with self._database.read_sessions() as session:
+            row = session.get_one(JobRow, design_id)
+            code = None if row.problem is None else row.problem["code"]
+            return Told(traceparent=row.traceparent, status=row.status, code=code, started_at=row.started_at)
 
     def record_progress(self, design_id: str, attempt: int, fraction: float, stage: str, message: str) -> None:
         """Where the job stands. Progress never goes back within an attempt."""

@@ -2,7 +2,7 @@
 
 from fastapi import APIRouter, Response, status
 
-from gripwright.http.deps import Artifacts, Now, Plugins, WriteSession
+from gripwright.http.deps import Artifacts, Now, Plugins, Traceparent, WriteSession
 from gripwright.http.schemas.change_impact import ImpactRequest, ImpactView
 from gripwright.http.schemas.problem import problems
 from gripwright.jobs.impact import study_impact
@@ -28,6 +28,7 @@ def create_change_impact(
     artifacts: Artifacts,
     plugins: Plugins,
     now: Now,
+    traceparent: Traceparent,
     response: Response,
 ) -> ImpactView:
     """Which operations and grippers of the latest complete design hold with another revision.
@@ -36,6 +37,7 @@ def create_change_impact(
     """
     study = study_impact(session, artifacts, plugins, product_id, body.revision, now)
     if study.impact is None:
+        study.design.job.traceparent = study.design.job.traceparent or traceparent
         response.status_code = status.HTTP_202_ACCEPTED
         response.headers["Retry-After"] = str(POLL_AFTER_S)
     return ImpactView.of(study)

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Header, Query, Request, Response, status
 from fastapi.responses import FileResponse
 
 from gripwright.http.bom import View, bom_response
-from gripwright.http.deps import Artifacts, Now, Plugins, ReadSession, WriteSession
+from gripwright.http.deps import Artifacts, Now, Plugins, ReadSession, Traceparent, WriteSession
 from gripwright.http.downloads import archive_response, file_response
 from gripwright.http.preconditions import IfNoneMatch
 from gripwright.http.schemas.designs import DesignAccepted, DesignRequest, DesignView
@@ -36,6 +36,7 @@ def create_design(
     artifacts: Artifacts,
     plugins: Plugins,
     now: Now,
+    traceparent: Traceparent,
     request: Request,
     response: Response,
     idempotency_key: Annotated[str | None, Header(min_length=1, max_length=255)] = None,
@@ -48,6 +49,7 @@ def create_design(
         design = request_design_once(
             session, artifacts, plugins, product_id, body.options, now, key=idempotency_key, request_sha256=sha256
         )
+    design.job.traceparent = design.job.traceparent or traceparent
     response.headers["Location"] = f"/api/v1/designs/{design.id}"
     response.headers["Retry-After"] = str(POLL_AFTER_S)
     return DesignAccepted.of(design)
