@@ -3,7 +3,7 @@
 import ipaddress
 import os
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, Field, model_validator
@@ -93,6 +93,8 @@ class Settings(BaseSettings):
     )
     webhook_private_targets: bool = Field(default=False, description="allow webhooks to loopback and private addresses")
     webhook_attempts: int = Field(default=8, ge=1, le=20, description="deliveries tried before a message is given up")
+    webhook_days: int = Field(default=30, ge=1, le=3650, description="how long messages that are over are kept")
+    webhook_failing_days: float = Field(default=5.0, gt=0, description="of failures alone, after which a webhook is disabled")
     access_required: bool = Field(default=False, description="ask for a key or token on loopback too; elsewhere always")
     oidc_issuer: Annotated[str, AfterValidator(_issuer)] | None = Field(default=None, description="whose bearer tokens are taken")
     oidc_audience: str | None = Field(default=None, min_length=1, description="that the tokens must be for")
@@ -117,6 +119,13 @@ class Settings(BaseSettings):
     heavy_wait_s: float = Field(default=10.0, gt=0, description="longest wait of another one before it is told to come again")
     audit_days: int = Field(default=365, ge=1, le=36_500, description="how long the audit trail is kept")
     audit_reads: bool = Field(default=False, description="the audit trail holds requests that only read, too")
+
+    log_format: Literal["json", "console"] | None = Field(default=None, description="of the log; none: console on a terminal")
+    log_level: Literal["DEBUG", "INFO", "WARNING", "ERROR"] = Field(default="INFO", description="of the log")
+    free_mb_min: int = Field(default=200, ge=0, description="free space for files, below which the service is not ready")
+    shutdown_s: float = Field(
+        default=20.0, ge=0, le=600, description="time for requests in flight when the service is told to end"
+    )
 
     @model_validator(mode="after")
     def _audience_with_issuer(self) -> Self:

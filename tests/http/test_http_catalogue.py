@@ -149,7 +149,7 @@ def test_who_asks_whether_it_can_work_is_not_told_where_its_files_are(client, se
     body = problem(client.get("/health/ready"), 503)
 
     assert "secret" not in str(body)
-    assert "log" in body["detail"]
+    assert "log" in body["errors"][0]["message"]
 
 
 def test_the_page_loads_nothing_from_elsewhere(client, problem):

@@ -9,10 +9,13 @@ from fake_calculation import STAGES_AT, design
 
 from gripwright.jobs.child import preload
 from gripwright.jobs.steps import Workshop
+from gripwright.jobs.tally import Tally
 from gripwright.jobs.worker import work
 from gripwright.jobs.workflow import DesignOffice
 from gripwright.settings import load_settings
+from gripwright.store.engines import Database
 from gripwright.store.jobs import open_design_jobs
+from gripwright.traces import tracer_from_environment
 
 
 def main():
@@ -21,5 +24,7 @@ def main():
     preload()
     settings = load_settings()
     workshop = dataclasses.replace(Workshop.of(settings), stages_at=STAGES_AT)
-    work(DesignOffice(jobs=open_design_jobs(settings), workshop=workshop, pipeline=design), settings)
+    tally = Tally(Database(settings.resolved_database_url))
+    jobs, tracer = open_design_jobs(settings), tracer_from_environment()
+    work(DesignOffice(jobs=jobs, tally=tally, workshop=workshop, pipeline=design, tracer=tracer), settings)
     os._exit(0)

@@ -4,6 +4,8 @@ import pytest
 from fake_calculation import executed
 from service import make_service
 
+from gripwright.store.step_stats import StepStatRepository
+
 
 @pytest.fixture
 def service(tmp_path, monkeypatch):
@@ -35,6 +37,22 @@ def test_a_design_runs_to_its_end_with_its_files_and_events(served):
     fractions = [event.data["progress"]["fraction"] for event in served.events(design_id)]
     assert fractions == sorted(fractions)
     assert fractions[-1] == 1.0
+
+
+def test_steps_are_counted_and_timed_by_how_they_ended(served):
+    for words in ("m1 m2", "m1 m2", "m3:segfault"):
+        served.wait(served.request_design(words))
+
+    def counted(stage, outcome):
+        with served.database.read_sessions() as session:
+            return [ended for kind, ended in StepStatRepository(session).all() if kind[:2] == (stage, outcome)]
+
+    (crashed,) = served.wait_for(lambda: counted("first", "step-failure"), 10)
+    computed = counted("first", "computed")[0]
+    assert crashed.steps == 1
+    assert computed.seconds > 0
+    assert sum(ended.steps for ended in counted("first", "stored")) == 2
+    assert sum(ended.steps for ended in counted("design", "step-failure")) == 1
 
 
 def test_a_worker_killed_in_any_stage_loses_nothing_and_repeats_no_finished_step(service):

@@ -10,6 +10,7 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from structlog.contextvars import bind_contextvars
 
 from gripwright.domain.access import ANYBODY, AccessScope, NotAuthenticated, Principal
 from gripwright.domain.errors import GripwrightError
@@ -49,6 +50,7 @@ class Access:
         request = Request(scope)
         try:
             principal = scope["state"]["principal"] = await self._identify(request)
+            bind_contextvars(actor=principal.actor)
             told = self._limits.admit(principal, _address(scope), reads=needed is AccessScope.READ, now_s=time.monotonic())
             check_scope(principal, needed)
             if principal is ANYBODY and needed is AccessScope.WRITE:

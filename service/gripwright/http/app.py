@@ -143,4 +143,4 @@ def _add_middleware(app: FastAPI, service: State) -> None:
         )
     if settings.allowed_hosts or not settings.asks_for_access:
         app.add_middleware(HostCheck, allowed=settings.allowed_hosts)
-    app.add_middleware(Observed, requests=service.requests)
+    app.add_middleware(Observed, metrics=service.metrics, tracer=service.tracer)

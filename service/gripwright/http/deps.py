@@ -15,6 +15,7 @@ from gripwright.http.state import State
 from gripwright.registry.description import RegistryDescription
 from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.columns import utc_now
+from gripwright.traces import TracePlace
 
 
 async def service_state(request: Request) -> State:
@@ -61,6 +62,12 @@ def installed_plugins(service: Service) -> RegistryDescription:
     return service.plugins
 
 
+def traceparent(request: Request) -> str:
+    """The request as the parent of what is done for it."""
+    return cast(TracePlace, request.state.trace).traceparent
+
+
+Traceparent = Annotated[str, Depends(traceparent)]
 Plugins = Annotated[RegistryDescription, Depends(installed_plugins)]
 
 

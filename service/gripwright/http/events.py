@@ -1,7 +1,7 @@
 """The events of a job as a stream. It polls the table, so any number of API processes can serve it."""
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 
 from fastapi.concurrency import run_in_threadpool
 from fastapi.sse import ServerSentEvent
@@ -15,9 +15,11 @@ _PAGE = 500
 _FINAL = ("succeeded", "failed", "cancelled")
 
 
-async def follow_job(database: Database, job_id: str, after: int) -> AsyncIterator[ServerSentEvent]:
-    """The events after `after`, those to come included; it ends when the job has ended, or is gone."""
-    while True:
+async def follow_job(
+    database: Database, job_id: str, after: int, *, is_ending: Callable[[], bool]
+) -> AsyncIterator[ServerSentEvent]:
+    """The events after `after`, those to come included; it ends when the job has ended or is gone, or the service ends."""
+    while not is_ending():
         events, is_over = await run_in_threadpool(_next_events, database, job_id, after)
         for event in events:
             after = int(event.id or after)

@@ -1,13 +1,23 @@
-"""What every answer has, and what is counted of it."""
+"""What every answer has, and what is counted and told of it."""
 
+import logging
 import re
 import secrets
-from collections import Counter
+import time
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from structlog.contextvars import bound_contextvars
+
+from gripwright.http.metrics import Metrics
+from gripwright.logs import FIELDS
+from gripwright.traces import TracePlace, place_below
+
+if TYPE_CHECKING:
+    from gripwright.tracer import Tracer
 
 SECURITY_HEADERS: Mapping[str, str] = MappingProxyType(
     {
@@ -21,34 +31,65 @@ SECURITY_HEADERS: Mapping[str, str] = MappingProxyType(
 """On every answer that does not set them itself."""
 
 REQUEST_ID = "X-Request-ID"
-_METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})  # any other word is counted as one
 _ID_OF_CALLER = re.compile(r"[A-Za-z0-9._-]{1,64}")
+
+_log = logging.getLogger("gripwright.access")
 
 
 class Observed:
-    """ASGI middleware: security headers and an id on every answer, and a count of answers by method, route and status."""
+    """ASGI middleware: security headers and an id on every answer; each is counted, timed and told to the log."""
 
-    def __init__(self, app: ASGIApp, *, requests: Counter[tuple[str, str, int]]) -> None:
-        self._app, self._requests = app, requests
+    def __init__(self, app: ASGIApp, *, metrics: Metrics, tracer: "Tracer | None") -> None:
+        self._app, self._metrics, self._tracer = app, metrics, tracer
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on, and see its answer off."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        given = Headers(scope=scope).get(REQUEST_ID, "")
+        headers, started_s, start_ns = Headers(scope=scope), time.monotonic(), time.time_ns()
+        given = headers.get(REQUEST_ID, "")
         request_id = given if _ID_OF_CALLER.fullmatch(given) else secrets.token_hex(16)
-        scope.setdefault("state", {})["request_id"] = request_id
+        trace = place_below(headers.get("traceparent", ""))
+        scope.setdefault("state", {}).update(request_id=request_id, trace=trace)
+        status = 500  # where no answer begins: the connection is closed on the caller
 
         async def observed(message: Message) -> None:
+            nonlocal status
             if message["type"] == "http.response.start":
-                headers = MutableHeaders(scope=message)
+                status = message["status"]
+                answered = MutableHeaders(scope=message)
                 for name, value in SECURITY_HEADERS.items():
-                    headers.setdefault(name, value)
-                headers[REQUEST_ID] = request_id
-                route = getattr(scope.get("route"), "path", "")
-                method = scope["method"] if scope["method"] in _METHODS else "other"
-                self._requests[method, route, message["status"]] += 1
+                    answered.setdefault(name, value)
+                answered[REQUEST_ID] = request_id
             await send(message)
 
-        await self._app(scope, receive, observed)
+        with bound_contextvars(request_id=request_id, trace_id=trace.trace_id):
+            try:
+                await self._app(scope, receive, observed)
+            finally:
+                self._answered(scope, status, time.monotonic() - started_s)
+                self._tell(scope, status, trace, start_ns)
+
+    def _answered(self, scope: Scope, status: int, seconds: float) -> None:
+        route = getattr(scope.get("route"), "path", "")
+        self._metrics.request_answered(scope["method"], route, status, seconds)
+        fields = {
+            "method": scope["method"],
+            "path": scope["path"],
+            "route": route,
+            "status": status,
+            "duration_s": round(seconds, 4),
+            "actor": scope["state"].get("actor", ""),
+            "client": scope["client"][0] if scope.get("client") else "",
+        }
+        _log.info("%s %s %d", scope["method"], scope["path"], status, extra={FIELDS: fields})
+
+    def _tell(self, scope: Scope, status: int, place: TracePlace, start_ns: int) -> None:
+        if self._tracer is None:
+            return
+        route = getattr(scope.get("route"), "path", "")
+        attributes = {"http.request.method": scope["method"], "http.route": route, "http.response.status_code": status}
+        failure = f"answered {status}" if status >= 500 else None
+        name = f"{scope['method']} {route}".strip()
+        self._tracer.tell(name, place, start_ns, time.time_ns(), attributes, error=failure, is_request=True)

@@ -2,12 +2,13 @@
 
 import logging
 import threading
-from collections import Counter
+from collections.abc import Callable
 
 from gripwright.cad.limits import Limits
 from gripwright.http.audit_trail import AuditTrail
 from gripwright.http.gate import Gate
 from gripwright.http.idempotency import KeptAnswers
+from gripwright.http.metrics import Metrics
 from gripwright.http.rate_limits import RateLimits
 from gripwright.http.turns import Turns
 from gripwright.http.waiting import EndWatch
@@ -15,6 +16,7 @@ from gripwright.registry.description import RegistryDescription, RegistryUnreada
 from gripwright.settings import Settings
 from gripwright.store.engines import Database
 from gripwright.store.storage import open_artifacts
+from gripwright.traces import tracer_from_environment
 
 _log = logging.getLogger(__name__)
 
@@ -35,7 +37,10 @@ class State:
         self.package_limits = Limits()
         self.plugins: RegistryDescription | None = None
         self.plugins_problem = ""
-        self.requests: Counter[tuple[str, str, int]] = Counter()  # method, route, status
+        self.metrics = Metrics()
+        self.tracer = tracer_from_environment()
+        self.live_workers: Callable[[], int] | None = None  # of this process, where it keeps any
+        self.is_ending = False  # streams end, so that their listeners go on elsewhere
         self._listing = threading.Thread(target=self._list_plugins, name="plug-ins", daemon=True)
 
     def start(self) -> None:
@@ -43,7 +48,9 @@ class State:
         self._listing.start()
 
     def stop(self) -> None:
-        """Close the database."""
+        """Close the database, and send the spans that wait."""
+        if self.tracer is not None:
+            self.tracer.stop()
         self.database.dispose()
 
     def wait_for_plugins(self, timeout_s: float) -> None:

@@ -16,6 +16,7 @@ import signal
 import sys
 import threading
 import time
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing import forkserver
@@ -169,6 +170,8 @@ def _receive(
                 case "refused":
                     faults = tuple(Fault(*fault) for fault in body.pop("faults"))
                     raise Refused(body["code"], body["detail"], faults, **body["context"])
+                case "log":
+                    _log_for_child(*body)
                 case "defect":
                     raise ChildFailure(body)
                 case "broke":
@@ -209,10 +212,13 @@ def _kill(process: BaseProcess) -> None:
 def _main(work: Work, argument: Any, limits: Limits, sender: Connection) -> None:
     """The child's life."""
     _confine(limits)
+    lock = threading.Lock()
 
     def send(kind: str, body: Any) -> None:
-        sender.send_bytes(json.dumps([kind, body]).encode())
+        with lock:
+            sender.send_bytes(json.dumps([kind, body]).encode())
 
+    logging.getLogger().handlers = [_LogOfParent(send)]
     try:
         send("result", work(argument, lambda fraction, message: send("progress", [fraction, message])))
     except MemoryError:
@@ -227,6 +233,26 @@ def _main(work: Work, argument: Any, limits: Limits, sender: Connection) -> None
     except Exception as error:
         log.exception("work in a child process failed")
         send("defect", f"raised {type(error).__name__}: {error}")
+
+
+class _LogOfParent(logging.Handler):
+    """Lets the parent write what the child logs: it knows what for, and how."""
+
+    def __init__(self, send: Callable[[str, Any], None]) -> None:
+        super().__init__(logging.INFO)
+        self._send = send
+
+    def emit(self, record: logging.LogRecord) -> None:
+        trace = "".join(traceback.format_exception(*record.exc_info)) if record.exc_info else None
+        self._send("log", [record.name, record.levelno, record.getMessage(), trace])
+
+
+def _log_for_child(name: str, level: int, message: str, trace: str | None) -> None:
+    logger = logging.getLogger(name)
+    record = logger.makeRecord(name, level, "", 0, message, (), None)
+    record.exc_text = trace
+    if logger.isEnabledFor(level):
+        logger.handle(record)
 
 
 def _confine(limits: Limits) -> None:

@@ -9,7 +9,7 @@ import logging
 import sqlite3
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +21,10 @@ from gripwright.design.runner import Ref
 from gripwright.design.toolbox import PluginVersion
 from gripwright.domain.errors import Cancelled, GripwrightError
 from gripwright.jobs.engine import JobState, PassingFailure, Quarantined, StepBroke, StepFailure
+from gripwright.jobs.observed_step import observed_design, observed_hits, run_observed_step
 from gripwright.jobs.outcomes import Told, error_of, outcome, told, value_of
 from gripwright.jobs.progress import Throttle, design_fraction
-from gripwright.jobs.steps import StepCall, load_stages, run_step, step_call
+from gripwright.jobs.steps import StepCall, load_stages, step_call
 from gripwright.jobs.stopping import StopSign
 from gripwright.jobs.workflow import DesignOffice, persistently, run_design
 from gripwright.store.designs import PRIORITY_MAX
@@ -100,14 +101,15 @@ class DbosEngine:
         @DBOS.workflow(name="design", serialization_type=WorkflowSerializationFormat.PORTABLE)
         def design(design_id: str, attempt: int) -> None:
             stop = StopSign(self._office.jobs, design_id, attempt)
-            run_design(
-                self._office,
-                design_id,
-                attempt,
-                worker=self._executor,
-                resolve=lambda: _recorded("resolve", lambda: self._resolve(design_id, stop)),
-                runner=lambda plan, versions: _DurableRunner(self._office, design_id, attempt, plan, versions, step),
-            )
+            with observed_design(self._office, design_id, attempt):
+                run_design(
+                    self._office,
+                    design_id,
+                    attempt,
+                    worker=self._executor,
+                    resolve=lambda: _recorded("resolve", lambda: self._resolve(design_id, stop)),
+                    runner=lambda plan, versions: _DurableRunner(self._office, design_id, attempt, plan, versions, step),
+                )
 
         return design, step
 
@@ -136,7 +138,7 @@ class DbosEngine:
         try:
             stop.check()
             self._refuse_quarantined(call)
-            run_step(self._office.workshop, call, on_progress=advance, cancelled=asked_to_stop)
+            run_observed_step(self._office, design_id, attempt, call, on_progress=advance, cancelled=asked_to_stop)
         except Cancelled:
             return told(stop.error())
         except StepBroke as error:
@@ -194,7 +196,7 @@ class _DurableRunner:
         steps = [step_call(self._stages[stage], inputs, self._plan, self._versions) for inputs in calls]
         distinct = {step["key"]: step for step in steps}
         # Recorded, so that a design that is run again after a crash makes the same calls, though more is stored by then.
-        missing = _recorded("missing", lambda: [key for key in distinct if not self._office.workshop.steps.has(key)])
+        missing = _recorded("missing", lambda: self._missing(stage, distinct))
         children = {
             self._enqueue(distinct[key], index + len(distinct) - len(missing), len(distinct)): distinct[key]
             for index, key in enumerate(missing)
@@ -204,6 +206,12 @@ class _DurableRunner:
             if problem is not None:
                 raise error_of(problem)
         return [step["key"] for step in steps]
+
+    def _missing(self, stage: str, keys: Iterable[str]) -> list[str]:
+        """The keys of steps whose result is not stored; the others are counted."""
+        found = {key: self._office.workshop.steps.has(key) for key in keys}
+        observed_hits(self._office, self._design_id, self._attempt, stage, sum(found.values()))
+        return [key for key, is_stored in found.items() if not is_stored]
 
     def _enqueue(self, call: StepCall, index: int, total: int) -> str:
         child = f"{workflow_id(self._design_id, self._attempt)}.{call['stage']}.{call['key'][:32]}"

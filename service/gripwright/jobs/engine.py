@@ -7,7 +7,7 @@ from gripwright.domain.errors import GripwrightError
 
 if TYPE_CHECKING:
     from gripwright.store.claims import DesignLimits
-    from gripwright.store.jobs import DesignSnapshot, Quarantine, StopReason
+    from gripwright.store.jobs import DesignSnapshot, Quarantine, StopReason, Told
 
 OnProgress = Callable[[float, str, str], None]
 """Takes the fraction of the design that is done (0..1), the stage, and a message."""
@@ -69,6 +69,10 @@ class DesignJobs(Protocol):
 
     def snapshot(self, design_id: str) -> "DesignSnapshot":
         """The inputs of the design."""
+        ...
+
+    def told(self, design_id: str) -> "Told":
+        """What its trace says of it."""
         ...
 
     def record_progress(self, design_id: str, attempt: int, fraction: float, stage: str, message: str) -> None:

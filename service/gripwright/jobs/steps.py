@@ -4,6 +4,8 @@ import hashlib
 import importlib
 import json
 import logging
+import os
+import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -101,6 +103,14 @@ class StepCall(TypedDict):
     key: Ref
 
 
+class Computation(TypedDict):
+    """Where and when a step was computed."""
+
+    pid: int
+    start_ns: int
+    end_ns: int
+
+
 def load_stages(at: str) -> "Mapping[str, Stage]":
     """The stages at "module:attribute"."""
     module, _, attribute = at.partition(":")
@@ -146,14 +156,14 @@ def run_step(
     *,
     on_progress: Progress = lambda fraction, message: None,
     cancelled: Callable[[], bool] = lambda: False,
-) -> None:
-    """Compute and store the result of a call, in a child; nothing to do where it is stored.
+) -> Computation | None:
+    """Compute and store the result of a call, in a child; None where it is stored already and nothing had to be done.
 
     Raises Cancelled, any GripwrightError of the stage, StepBroke where the step crashed, hung or took too much memory, and
     PassingFailure where its process was lost.
     """
     if workshop.steps.has(call["key"]):
-        return
+        return None
     argument = {
         "call": call,
         "allow": workshop.plugins_allow,
@@ -161,11 +171,12 @@ def run_step(
         "storage": workshop.storage,
     }
     plugin = next(iter(call["versions"])) if len(call["versions"]) == 1 else None
-    _guarded(
+    computation: Computation = _guarded(
         call["stage"],
         plugin,
         lambda: run_in_child(_compute, argument, limits=workshop.limits, on_progress=on_progress, cancelled=cancelled),
     )
+    return computation
 
 
 def _stored(store: StepStore, ref: Ref, types: RecordTypes) -> Any:
@@ -193,8 +204,9 @@ def _versions(argument: dict[str, Any], progress: Progress) -> dict[str, PluginV
     return dict(build_toolbox(Plan(**argument["plan"]), _registry(argument["allow"])).versions)
 
 
-def _compute(argument: dict[str, Any], progress: Progress) -> None:
+def _compute(argument: dict[str, Any], progress: Progress) -> Computation:
     """Run the stage of a call and store its result."""
+    start_ns = time.time_ns()
     call: StepCall = argument["call"]
     registry, store = _registry(argument["allow"]), open_steps(argument["storage"])
     plan = Plan(**call["plan"])
@@ -218,6 +230,7 @@ def _compute(argument: dict[str, Any], progress: Progress) -> None:
         log.exception("the plug-in %s failed in the stage %s", plugin, call["stage"])
         raise PluginFailure(f"{plugin} raised {type(error).__name__}: {error}", stage=call["stage"], plugin=plugin) from error
     store.save(call["key"], dumps(value))
+    return Computation(pid=os.getpid(), start_ns=start_ns, end_ns=time.time_ns())
 
 
 class _Parts:

@@ -32,6 +32,7 @@ class Supervisor:
         self._count = settings.workers
         self._stop = threading.Event()
         self._threads: list[threading.Thread] = []
+        self._workers: dict[int, subprocess.Popen[bytes]] = {}  # by the thread that keeps them alive
 
     def start(self) -> None:
         """Start the workers."""
@@ -46,11 +47,16 @@ class Supervisor:
         for thread in self._threads:
             thread.join()
 
+    def count_alive(self) -> int:
+        """How many workers run now."""
+        return sum(worker.poll() is None for worker in list(self._workers.values()))
+
     def _keep_alive(self) -> None:
         pause_s = _LOOK_S
         while not self._stop.is_set():
             started_s = time.monotonic()
             worker = subprocess.Popen(self._command, stdin=subprocess.PIPE, env=self._environment, start_new_session=True)
+            self._workers[threading.get_ident()] = worker
             while worker.poll() is None and not self._stop.wait(_LOOK_S):
                 pass
             if self._stop.is_set():

@@ -17,11 +17,14 @@ from gripwright.jobs.hosts import Lease, Watch, join_workers
 from gripwright.jobs.steps import Workshop
 from gripwright.jobs.stopping import deadline_exceeded
 from gripwright.jobs.supervisor import LIFELINE
+from gripwright.jobs.tally import Tally
 from gripwright.jobs.workflow import DesignOffice
+from gripwright.logs import of_this_process, take_over
 from gripwright.settings import Settings
 from gripwright.store.claims import DesignLimits
-from gripwright.store.engines import PASSING_ERRORS
+from gripwright.store.engines import PASSING_ERRORS, Database
 from gripwright.store.jobs import open_design_jobs
+from gripwright.traces import tracer_from_environment
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -40,7 +43,9 @@ def run_worker(settings: Settings) -> NoReturn:
     os.nice(_NICENESS)
     preload()
     workshop = Workshop.of(settings)
-    office = DesignOffice(jobs=open_design_jobs(settings), workshop=workshop, pipeline=design)
+    tally = Tally(Database(settings.resolved_database_url))
+    jobs, tracer = open_design_jobs(settings), tracer_from_environment()
+    office = DesignOffice(jobs=jobs, tally=tally, workshop=workshop, pipeline=design, tracer=tracer)
     deliveries = DeliveryLoop(settings)
     deliveries.start()
     work(office, settings)
@@ -58,6 +63,9 @@ def work(office: DesignOffice, settings: Settings) -> None:
     engine = DbosEngine(office, database_url=jobs_database_url(settings), executor=lease.id)
     lease.start()
     engine.start()
+    office.tally.start()
+    take_over("dbos")
+    of_this_process(worker=lease.id)
     log.info("worker %s is ready", lease.id)
     next_sweep_s = time.monotonic()
     while not stop.wait(_DISPATCH_S):
@@ -69,6 +77,9 @@ def work(office: DesignOffice, settings: Settings) -> None:
         except PASSING_ERRORS as error:
             log.warning("nothing is taken from the queue now: %s", error)
     engine.stop()
+    office.tally.stop()
+    if office.tracer is not None:
+        office.tracer.stop()
     lease.stop()
 
 
@@ -105,8 +116,13 @@ def jobs_database_url(settings: Settings) -> str:
 def _on_end(end: Callable[[], None]) -> None:
     """Call `end` at SIGTERM and SIGINT, and where the supervisor dies."""
 
+    ended = threading.Event()
+
     def handler(number: int, frame: "FrameType | None") -> None:
-        del number, frame
+        del frame
+        if ended.is_set():
+            os._exit(128 + number)  # told twice
+        ended.set()
         end()
 
     signal.signal(signal.SIGTERM, handler)

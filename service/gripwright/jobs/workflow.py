@@ -5,7 +5,7 @@ import logging
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from gripwright.design.plan import Plan, plan_of
 from gripwright.design.records import OwnTypes, loads
@@ -17,8 +17,12 @@ from gripwright.domain.gripper import Actuator
 from gripwright.jobs.engine import DesignJobs, PassingFailure, problem_of
 from gripwright.jobs.steps import Workshop, resolve_plan
 from gripwright.jobs.stopping import StopSign
+from gripwright.jobs.tally import Tally
 from gripwright.store.engines import PASSING_ERRORS
 from gripwright.store.jobs import DesignSnapshot
+
+if TYPE_CHECKING:
+    from gripwright.tracer import Tracer
 
 log = logging.getLogger(__name__)
 
@@ -42,11 +46,13 @@ _DEFECT: dict[str, Any] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DesignOffice:
-    """What running a design takes: the database, the workshop and the calculation."""
+    """What running a design takes: the database, the workshop and the calculation; and where it is counted and told."""
 
     jobs: DesignJobs
+    tally: Tally
     workshop: Workshop
     pipeline: Pipeline
+    tracer: "Tracer | None" = None
 
     def resolve(self, design_id: str, cancelled: Callable[[], bool]) -> Resolved:
         """The plan of a design and its plug-ins, checked."""

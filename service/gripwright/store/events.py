@@ -7,8 +7,8 @@ from typing import Any, Literal, get_args
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from gripwright.store.columns import new_id
-from gripwright.store.models import DesignRow, JobEventRow, JobRow, WebhookDeliveryRow, WebhookRow
+from gripwright.store.models import DesignRow, JobEventRow, JobRow, WebhookRow
+from gripwright.store.webhooks import WebhookRepository
 
 EventName = Literal["design.complete", "design.incomplete", "design.failed", "design.cancelled"]
 WEBHOOK_EVENTS: tuple[EventName, ...] = get_args(EventName)
@@ -37,20 +37,9 @@ def queue_webhooks(session: Session, design: DesignRow, status: str, now: dateti
     event = f"design.{status}"
     data = {"design_id": design.id, "product_id": design.product_id, "status": status}
     payload = json.dumps({"type": event, "timestamp": now.isoformat(), "data": data}, separators=(",", ":"))
-    for webhook in session.scalars(select(WebhookRow)):
+    for webhook in session.scalars(select(WebhookRow).where(WebhookRow.enabled.is_(True))):
         if event in webhook.events:
-            session.add(
-                WebhookDeliveryRow(
-                    id=new_id(now),
-                    webhook_id=webhook.id,
-                    payload=payload,
-                    status="pending",
-                    attempts=0,
-                    next_attempt_at=now,
-                    detail="",
-                    created_at=now,
-                )
-            )
+            WebhookRepository(session).queue(webhook, payload, now)
 
 
 class EventRepository:

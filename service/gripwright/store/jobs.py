@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import timedelta
+from datetime import datetime, timedelta
 from typing import Any, Literal
 
 from sqlalchemy import select
@@ -19,6 +19,7 @@ from gripwright.store.events import queue_webhooks, record_event
 from gripwright.store.media_types import media_type_of
 from gripwright.store.models import DesignFileRow, DesignRow, JobRow
 from gripwright.store.quarantine import QuarantineRepository
+from gripwright.store.step_stats import DESIGN, Ended, StepStatRepository, kind_of
 from gripwright.store.storage import open_artifacts
 
 DOCUMENT = "design.json"
@@ -46,6 +47,16 @@ class Quarantine:
     times: int
     detail: str
     plugin: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Told:
+    """What a trace says of a job."""
+
+    traceparent: str | None  # of the request that asked for it
+    status: str
+    code: str | None  # of the problem
+    started_at: datetime | None
 
 
 class StoredDesignJobs:
@@ -99,6 +110,13 @@ class StoredDesignJobs:
                 options=row.options,
                 priority=row.job.priority,
             )
+
+    def told(self, design_id: str) -> Told:
+        """What its trace says of a job."""
+        with self._database.read_sessions() as session:
+            row = session.get_one(JobRow, design_id)
+            code = None if row.problem is None else row.problem["code"]
+            return Told(traceparent=row.traceparent, status=row.status, code=code, started_at=row.started_at)
 
     def record_progress(self, design_id: str, attempt: int, fraction: float, stage: str, message: str) -> None:
         """Where the job stands. Progress never goes back within an attempt."""
@@ -180,6 +198,8 @@ class StoredDesignJobs:
         job.status, job.finished_at, job.cancel_requested, job.not_before = status, now, False, None
         record_event(session, job, "status", now)
         queue_webhooks(session, job.design, event, now)
+        outcome, seconds = (job.problem or {}).get("code", event), (now - (job.started_at or now)).total_seconds()
+        StepStatRepository(session).add({kind_of(DESIGN, outcome, seconds): Ended(1, seconds)})
 
     def _file_row(self, design_id: str, path: str, sha256: str) -> DesignFileRow:
         size = self._artifacts.size(sha256)

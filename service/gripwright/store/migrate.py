@@ -67,6 +67,12 @@ def require_current(database: Database) -> None:
         )
 
 
+def require_writable(database: Database) -> None:
+    """An error of SQLAlchemy where nothing can be written: a standby, a read-only file."""
+    with database.write_engine.connect() as connection:  # never committed
+        connection.exec_driver_sql("UPDATE alembic_version SET version_num = version_num")
+
+
 @cache
 def _newest() -> str | None:
     """The newest migration that came with this version."""

@@ -26,6 +26,9 @@ _SHA256 = String(64)
 JOB_STATUSES = ("queued", "running", "succeeded", "failed", "cancelled")
 """Of a job; the last three are final."""
 
+DELIVERY_STATUSES = ("pending", "delivered", "failed")
+"""Of a message to a webhook."""
+
 
 class Base(DeclarativeBase):
     """Base of all tables."""
@@ -164,6 +167,7 @@ class JobRow(Base):
     worker: Mapped[str] = mapped_column(String(300))  # executor that took it last; "" before
     failed_step: Mapped[str | None] = mapped_column(_SHA256)  # key of the step that it failed in
     updated_at: Mapped[datetime]  # of its latest event
+    traceparent: Mapped[str | None] = mapped_column(String(55))  # of the request that asked for it (W3C Trace Context)
 
     design: Mapped[DesignRow] = relationship(back_populates="job")
 
@@ -225,11 +229,18 @@ class WebhookRow(Base):
     """A subscriber to events."""
 
     __tablename__ = "webhook"
+    __table_args__ = (Index(None, "created_at", "id"),)
 
     id: Mapped[str] = mapped_column(_ID, primary_key=True)
     url: Mapped[str] = mapped_column(Text)
     events: Mapped[list[Any]]
     secret: Mapped[str] = mapped_column(String(100))  # "whsec_" and base64
+    old_secret: Mapped[str | None] = mapped_column(String(100))  # signs too, until it expires
+    old_secret_expires_at: Mapped[datetime | None]
+    enabled: Mapped[bool]
+    disabled_reason: Mapped[str] = mapped_column(Text)  # "" while it is enabled
+    failing_since: Mapped[datetime | None]  # the first attempt that failed since one succeeded
+    rests_until: Mapped[datetime | None]  # nothing is sent before: an attempt is under way, or it asked for a pause
     created_at: Mapped[datetime]
 
 
@@ -239,7 +250,8 @@ class WebhookDeliveryRow(Base):
     __tablename__ = "webhook_delivery"
     __table_args__ = (
         Index(None, "status", "next_attempt_at"),
-        CheckConstraint("status IN ('pending', 'delivered', 'failed')", name="status"),
+        Index(None, "webhook_id", "created_at", "id"),
+        CheckConstraint(f"status IN {DELIVERY_STATUSES}", name="status"),
     )
 
     id: Mapped[str] = mapped_column(_ID, primary_key=True)  # the message's webhook-id, the same in every attempt
@@ -250,6 +262,33 @@ class WebhookDeliveryRow(Base):
     next_attempt_at: Mapped[datetime]
     detail: Mapped[str] = mapped_column(Text)  # of the last attempt
     created_at: Mapped[datetime]
+
+
+class WebhookAttemptRow(Base):
+    """One attempt to deliver a message, and what came back."""
+
+    __tablename__ = "webhook_attempt"
+    __table_args__ = (Index(None, "delivery_id", "id"),)
+
+    id: Mapped[str] = mapped_column(_ID, primary_key=True)
+    delivery_id: Mapped[str] = mapped_column(_ID, ForeignKey("webhook_delivery.id", ondelete="CASCADE"))
+    started_at: Mapped[datetime]
+    duration_s: Mapped[float]
+    status_code: Mapped[int | None]
+    error: Mapped[str] = mapped_column(Text)  # "" where it was accepted
+    response: Mapped[str] = mapped_column(Text)  # its first bytes
+
+
+class StepStatRow(Base):
+    """How often steps of one stage ended so, and how long they took: counted by all workers, never taken back."""
+
+    __tablename__ = "step_stat"
+
+    stage: Mapped[str] = mapped_column(String(100), primary_key=True)
+    outcome: Mapped[str] = mapped_column(String(100), primary_key=True)  # "computed", "stored", or the code of a problem
+    bucket: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)  # of durations, see `store.step_stats`
+    steps: Mapped[int] = mapped_column(BigInteger)
+    seconds: Mapped[float]
 
 
 class IdempotencyRow(Base):

@@ -2,7 +2,7 @@
 
 from fastapi import APIRouter, Response, status
 
-from gripwright.http.deps import Actor, Artifacts, Now, Plugins, Service, WriteSession
+from gripwright.http.deps import Actor, Artifacts, Now, Plugins, Service, Traceparent, WriteSession
 from gripwright.http.idempotency import ActingRoute
 from gripwright.http.polling import poll_headers
 from gripwright.http.schemas.change_impact import ImpactRequest, ImpactView
@@ -31,6 +31,7 @@ def create_change_impact(
     now: Now,
     actor: Actor,
     service: Service,
+    traceparent: Traceparent,
     response: Response,
 ) -> ImpactView:
     """Which operations and grippers of the latest complete design hold with another revision.
@@ -40,6 +41,7 @@ def create_change_impact(
     terms = JobTerms(client=actor, deadline_s=service.settings.design_deadline_s)
     study = study_impact(session, artifacts, plugins, product_id, body.revision, now, terms)
     if study.impact is None:
+        study.design.job.traceparent = study.design.job.traceparent or traceparent
         response.status_code = status.HTTP_202_ACCEPTED
         response.headers.update(poll_headers(study.design.job, location=f"/api/v1/designs/{study.design.id}"))
     return ImpactView.of(study)

@@ -9,7 +9,7 @@ from fastapi.responses import FileResponse
 from sqlalchemy.orm import Session
 
 from gripwright.http.bom import FORMS, JSON, View, bom_response, preferred
-from gripwright.http.deps import Actor, Artifacts, Now, Plugins, ReadSession, Service, WriteSession
+from gripwright.http.deps import Actor, Artifacts, Now, Plugins, ReadSession, Service, Traceparent, WriteSession
 from gripwright.http.downloads import archive_response, file_response
 from gripwright.http.idempotency import ActingRoute
 from gripwright.http.pagination import Changes, ChangesRequest, list_answer
@@ -51,6 +51,7 @@ def create_design(
     now: Now,
     actor: Actor,
     service: Service,
+    traceparent: Traceparent,
     response: Response,
 ) -> DesignAccepted:
     """Queue a design of this product. Poll `Location`; the BOM is there once its status is `complete` or `incomplete`.
@@ -59,6 +60,7 @@ def create_design(
     """
     terms = JobTerms(priority=body.priority, client=actor, deadline_s=body.deadline_s or service.settings.design_deadline_s)
     design = request_design(session, artifacts, plugins, product_id, body.options, now, terms)
+    design.job.traceparent = traceparent
     response.headers.update(poll_headers(design.job, location=f"/api/v1/designs/{design.id}"))
     return DesignAccepted.of(design)
 

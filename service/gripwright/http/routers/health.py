@@ -1,20 +1,15 @@
 """Whether the service lives, whether it can work, and how it fares."""
 
-import logging
-
 from fastapi import APIRouter, Response
-from sqlalchemy.exc import SQLAlchemyError
+from prometheus_client.exposition import CONTENT_TYPE_PLAIN_0_0_4
 
-from gripwright.domain.errors import GripwrightError
 from gripwright.http.deps import Now, ReadSession, Service
 from gripwright.http.errors import NotReady
-from gripwright.http.metrics import metrics_text
+from gripwright.http.readiness import unready
 from gripwright.http.schemas.health import Health
 from gripwright.http.schemas.problem import problems
-from gripwright.store.migrate import require_current
 
 router = APIRouter(tags=["health"])
-_log = logging.getLogger(__name__)
 
 
 @router.get("/health/live", operation_id="health_live")
@@ -25,21 +20,14 @@ def live() -> Health:
 
 @router.get("/health/ready", operation_id="health_ready", responses=problems(503))
 def ready(service: Service) -> Health:
-    """The database is there in this version's form, files can be written, and the plug-ins are listed."""
-    try:
-        require_current(service.database)
-        service.artifacts.put(b"ready")
-    except GripwrightError as error:
-        raise NotReady(f"the store cannot be used: {error.detail}") from error
-    except (SQLAlchemyError, OSError) as error:
-        _log.exception("the store cannot be used")
-        raise NotReady("the store cannot be used; the service's log says why") from error
-    if service.plugins is None:
-        raise NotReady(service.plugins_problem or "the plug-ins are still being listed")
+    """The database has this version's form and can be written to, files can be stored, plug-ins are listed, workers run."""
+    if faults := tuple(unready(service)):
+        failed = ", ".join(fault.pointer.removeprefix("/checks/") for fault in faults)
+        raise NotReady(f"the service cannot work: {failed}", faults=faults)
     return Health(status="ok")
 
 
 @router.get("/metrics", operation_id="metrics", response_class=Response, responses={200: {"content": {"text/plain": {}}}})
 def metrics(service: Service, session: ReadSession, now: Now) -> Response:
     """Figures for Prometheus."""
-    return Response(metrics_text(session, service.requests, now), media_type="text/plain; version=0.0.4; charset=utf-8")
+    return Response(service.metrics.text(session, service.settings.data_dir, now), media_type=CONTENT_TYPE_PLAIN_0_0_4)

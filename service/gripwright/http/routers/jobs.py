@@ -115,5 +115,5 @@ async def follow_job_events(
     last_event_id: Annotated[int, Header(ge=0, le=2**63 - 1, description="go on after this event")] = 0,
 ) -> AsyncIterator[ServerSentEvent]:
     """Server-Sent Events `status` and `progress` from the beginning, or after `Last-Event-ID`, until the job has ended."""
-    async for event in follow_job(service.database, job, last_event_id):
+    async for event in follow_job(service.database, job, last_event_id, is_ending=lambda: service.is_ending):
         yield event
