@@ -5,6 +5,7 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
+from gripwright.http.examples import PROBLEM, REQUESTS, RESPONSES
 from gripwright.http.gate import required_scope
 from gripwright.http.idempotency import HEADER, KEY_LENGTH, KEY_PATTERN, REPLAYED
 from gripwright.http.schemas.problem import Problem, problems
@@ -25,6 +26,25 @@ _IDEMPOTENCY_KEY = {
     ),
     "schema": {"type": "string", "minLength": 1, "maxLength": KEY_LENGTH, "pattern": KEY_PATTERN},
 }
+_PARAMETERS = {
+    "product_id": "id of a product",
+    "component_id": "id of a component, as in product.json",
+    "design_id": "id of a design",
+    "job_id": "id of a job, which is that of its design",
+    "webhook_id": "id of a webhook",
+    "delivery_id": "id of a message, its `webhook-id`",
+    "path": "of a file in the design folder: `grippers/G1/finger.step`",
+    "kind": "of a plug-in: `segmenter`",
+    "name": "of a plug-in: `sdf`",
+    "maker": "of an actuator",
+    "part_number": "only that part number",
+    "revision": "only that revision",
+    "status": "only those",
+    "actor": "only what that one did: `key:ID`",
+    "resource_id": "only what was done to that one",
+}
+"""Descriptions of parameters that have none of their own."""
+
 _REPLACED = ("HTTPValidationError", "ValidationError")
 
 
@@ -46,19 +66,37 @@ def _document(app: FastAPI) -> dict[str, Any]:
         schemas.pop(name, None)
     schema = Problem.model_json_schema(ref_template=_REF)
     schemas.update(schema.pop("$defs"))
-    schemas["Problem"] = schema
+    schemas["Problem"] = {**schema, "examples": [PROBLEM]}
     document["components"]["securitySchemes"] = {"bearer": _BEARER}
     for path, operations in document["paths"].items():
         for method, operation in operations.items():
             scope = required_scope(method.upper(), path)
+            _describe(operation)
             operation["security"] = [] if scope is None else [{"bearer": [scope.value]}]
-            if scope is not None:
-                operation["responses"] |= {str(status): answer for status, answer in problems(401, 403, 429).items()}
+            refusals = (400,) if scope is None else (400, 401, 403, 429, 503)
+            operation["responses"] |= {str(status): answer for status, answer in problems(*refusals).items()}
             if "422" in operation["responses"]:
                 operation["responses"]["422"] = problems(422)[422]
             if method == "post":
                 operation.setdefault("parameters", []).append(_IDEMPOTENCY_KEY)
                 operation["responses"] |= {str(status): answer for status, answer in problems(409, 422).items()}
             if "requestBody" in operation:
-                operation["responses"] |= {str(status): answer for status, answer in problems(400, 413, 415).items()}
+                operation["responses"] |= {str(status): answer for status, answer in problems(413, 415).items()}
     return document
+
+
+def _describe(operation: dict[str, Any]) -> None:
+    """What parameters mean, and an example of each JSON body."""
+    for parameter in operation.get("parameters", []):
+        if not parameter.get("description"):
+            parameter["description"] = _PARAMETERS[parameter["name"]]
+    name = operation["operationId"]
+    _exemplify(operation.get("requestBody", {}), REQUESTS.get(name))
+    for status, answer in operation["responses"].items():
+        _exemplify(answer, RESPONSES.get(name, {}).get(status))
+
+
+def _exemplify(body: dict[str, Any], example: Any) -> None:
+    for media_type, content in body.get("content", {}).items():
+        if media_type in ("application/json", "application/merge-patch+json") and example is not None:
+            content["example"] = example

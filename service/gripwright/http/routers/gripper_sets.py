@@ -11,23 +11,8 @@ from gripwright.jobs.gripper_sets import solve_document
 
 router = APIRouter(prefix="/gripper-sets", tags=["gripper sets"], route_class=ActingRoute)
 
-_EXAMPLE = {
-    "strokes": {"parallel-2": 48, "centric-3": 8},
-    "release_clearance": 0,
-    "components": [
-        {
-            "id": "1",
-            "alternatives": [
-                {"gripper_type": "centric-3", "opening_width": 124.9, "finger_length_min": 10, "finger_length_max": None}
-            ],
-        }
-    ],
-}
-
 
 @router.post("", operation_id="minimise_gripper_set", responses=problems(413, 415, 422, 503))
-def minimise_gripper_set(
-    body: Annotated[dict[str, Any], Body(examples=[_EXAMPLE])], turn: HeavyTurn, service: Service
-) -> dict[str, Any]:
+def minimise_gripper_set(body: Annotated[dict[str, Any], Body()], turn: HeavyTurn, service: Service) -> dict[str, Any]:
     """The smallest set of grippers that holds every component, as `gripwright minimise` gives it."""
     return solve_document(body, timeout_s=service.settings.gripper_set_timeout_s)
