@@ -9,6 +9,7 @@ from urllib.parse import urlsplit
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from gripwright.cad.limits import Limits
 from gripwright.domain.access import AccessScope
 
 
@@ -66,6 +67,20 @@ class Settings(BaseSettings):
     plugins_strict: bool = Field(default=False, description="a plug-in that fails to load is an error")
     upload_max_bytes: int = Field(default=512 * 2**20, ge=1, description="of one product upload")
     upload_max_files: int = Field(default=1000, ge=1, description="parts of one product upload")
+    package_max_files: int = Field(default=2000, ge=1, description="files of one package")
+    package_max_file_bytes: int = Field(default=256 * 2**20, ge=1, description="of one file of a package, decompressed")
+    package_max_bytes: int = Field(default=1024 * 2**20, ge=1, description="of all files of a package, decompressed")
+    package_max_document_bytes: int = Field(default=16 * 2**20, ge=1, description="of product.json")
+    package_max_ratio: float = Field(default=200.0, ge=1, description="decompressed over compressed size of one file")
+    package_max_triangles: int = Field(default=5_000_000, ge=1, description="of one component")
+    package_max_levels: int = Field(default=100, ge=1, le=400, description="assemblies in assemblies, of one CAD file")
+    package_max_instances: int = Field(default=100_000, ge=1, description="parts that one CAD file places")
+    parse_file_s: float = Field(default=7.0, gt=0, description="processor time to read one CAD file")
+    parse_mib_s: float = Field(default=4.0, ge=0, description="as much more for each MiB of it")
+    parse_package_s: float = Field(default=300.0, gt=0, description="longest time to read all CAD files of a package")
+    parse_memory_mb: int = Field(default=6144, ge=512, description="address space of the process that reads CAD files")
+    parse_at_a_time: int = Field(default=2, ge=1, le=64, description="uploads whose CAD files are read at the same time")
+    parse_wait_s: float = Field(default=60.0, gt=0, description="longest wait of an upload for those before it")
     body_max_bytes: int = Field(default=8 * 2**20, ge=1, description="of any other request body")
     gripper_set_timeout_s: float = Field(default=30.0, gt=0, description="longest synchronous gripper-set optimisation")
     webhook_private_targets: bool = Field(default=False, description="allow webhooks to loopback and private addresses")
@@ -93,6 +108,24 @@ class Settings(BaseSettings):
     def asks_for_access(self) -> bool:
         """Whether requests need a key or a token."""
         return self.access_required or not is_loopback(self.host)
+
+    @property
+    def package_limits(self) -> Limits:
+        """What a package may cost."""
+        return Limits(
+            max_files=self.package_max_files,
+            max_file_bytes=self.package_max_file_bytes,
+            max_total_bytes=self.package_max_bytes,
+            max_document_bytes=self.package_max_document_bytes,
+            max_ratio=self.package_max_ratio,
+            max_triangles=self.package_max_triangles,
+            max_levels=self.package_max_levels,
+            max_instances=self.package_max_instances,
+            seconds=self.parse_package_s,
+            seconds_per_file=self.parse_file_s,
+            seconds_per_mebibyte=self.parse_mib_s,
+            memory_bytes=self.parse_memory_mb * 2**20,
+        )
 
     @property
     def uses_default_database(self) -> bool:

@@ -19,13 +19,17 @@ from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
-from gripwright.domain.errors import InvalidGeometry
+from gripwright.cad.limits import Limits
+from gripwright.cad.placed import Placements
+from gripwright.domain.errors import InvalidGeometry, LimitExceeded
 from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.geometry.brep import tessellate
 from gripwright.geometry.codec import MM_PER_UNIT
 from gripwright.geometry.frames import is_rigid
 
 ANGULAR_DEFLECTION_RAD = 0.1
+_BEGIN, _END = b"ISO-10303-21;", b"END-ISO-10303-21;"
+_FRAME_BYTES = 2**16  # blanks and comments may stand around, and a signature after the end
 _UNIT_NAMES = {"millimetre": "mm", "centimetre": "cm", "metre": "m", "inch": "in", "foot": "ft", "micrometre": "micron"}
 
 
@@ -48,21 +52,31 @@ class StepAssembly:
     meshes: tuple[Mesh, ...]
 
 
-def read_step_mesh(data: bytes, units: str | None) -> Mesh:
+def read_step_mesh(data: bytes, units: str | None, limits: Limits) -> Mesh:
     """All solids of a STEP file in its own frame as one mesh, mm. `units`, where given, must not contradict the file."""
     document = _Document(data)
     if units is not None and document.units and all(MM_PER_UNIT[unit] != MM_PER_UNIT[units] for unit in document.units):
         raise InvalidGeometry(f"states its lengths in {' and '.join(sorted(document.units))}, but units says {units}")
-    return _joined([(X, _tessellated(part)) for _, part, X in document.leaves()])
+    meshes: dict[str, Mesh] = {}
+    placed = []
+    for _, part, X in document.leaves(limits):
+        entry = _entry(part)
+        if entry not in meshes:
+            meshes[entry] = _tessellated(part)
+        placed.append((X, meshes[entry]))
+    triangles = sum(len(mesh.faces) for _, mesh in placed)
+    if triangles > limits.max_triangles:
+        raise LimitExceeded(f"holds {triangles} triangles, at most {limits.max_triangles}")
+    return _joined(placed)
 
 
-def read_step_assembly(data: bytes) -> StepAssembly:
+def read_step_assembly(data: bytes, limits: Limits) -> StepAssembly:
     """The components of a STEP file, mm; a part used several times is tessellated once."""
     document = _Document(data)
     numbers: dict[str, int] = {}
     meshes: list[Mesh] = []
     instances = []
-    for path, part, X in document.leaves():
+    for path, part, X in document.leaves(limits):
         entry = _entry(part)
         if entry not in numbers:
             numbers[entry] = len(meshes)
@@ -76,6 +90,7 @@ class _Document:
     """A STEP file as Open CASCADE's document of labels; lengths are in mm there."""
 
     def __init__(self, data: bytes) -> None:
+        _check_frame(data)
         reader = STEPCAFControl_Reader()
         reader.SetNameMode(True)
         if reader.ReadStream("input", io.BytesIO(data)) != IFSelect_ReturnStatus.IFSelect_RetDone:
@@ -92,14 +107,26 @@ class _Document:
             raise InvalidGeometry("holds no shape: it may only refer to other files")
         self.name = _name(self._roots[0])
 
-    def leaves(self) -> Iterator[tuple[tuple[str, ...], Any, FloatArray]]:
+    def leaves(self, limits: Limits) -> Iterator[tuple[tuple[str, ...], Any, FloatArray]]:
         """Instance path, label and pose of each part, in the file's order."""
+        placements = Placements(limits)
         for root in self._roots:
             base = () if len(self._roots) == 1 else (_name(root),)
-            yield from _leaves(root, base, _pose(XCAFDoc_ShapeTool.GetLocation_s(root)))
+            yield from _leaves(root, base, _pose(XCAFDoc_ShapeTool.GetLocation_s(root)), placements)
 
 
-def _leaves(label: Any, path: tuple[str, ...], X: FloatArray) -> Iterator[tuple[tuple[str, ...], Any, FloatArray]]:
+def _check_frame(data: bytes) -> None:
+    """InvalidGeometry for what is not a whole file: the importer makes what it can of a part of one."""
+    if _BEGIN not in data[:_FRAME_BYTES]:
+        raise InvalidGeometry(f"cannot be read as STEP: it does not begin with {_BEGIN.decode()}")
+    if _END not in data[-_FRAME_BYTES:]:
+        raise InvalidGeometry(f"ends early: it does not end with {_END.decode()}")
+
+
+def _leaves(
+    label: Any, path: tuple[str, ...], X: FloatArray, placements: Placements
+) -> Iterator[tuple[tuple[str, ...], Any, FloatArray]]:
+    placements.visit(len(path) + 1)
     if not XCAFDoc_ShapeTool.IsAssembly_s(label):
         yield path, label, X
         return
@@ -109,7 +136,7 @@ def _leaves(label: Any, path: tuple[str, ...], X: FloatArray) -> Iterator[tuple[
         part = TDF_Label()
         XCAFDoc_ShapeTool.GetReferredShape_s(component, part)
         name = _name(component) or _name(part)
-        yield from _leaves(part, (*path, name), X @ _pose(XCAFDoc_ShapeTool.GetLocation_s(component)))
+        yield from _leaves(part, (*path, name), X @ _pose(XCAFDoc_ShapeTool.GetLocation_s(component)), placements)
 
 
 def _labels(sequence: Any) -> Iterator[Any]:

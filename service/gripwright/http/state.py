@@ -1,10 +1,10 @@
 """The parts of the running service, made once at its start."""
 
+import asyncio
 import logging
 import threading
 from collections import Counter
 
-from gripwright.cad.limits import Limits
 from gripwright.http.audit_trail import AuditTrail
 from gripwright.http.gate import Gate
 from gripwright.registry.description import RegistryDescription, RegistryUnreadable, describe_in_child
@@ -24,7 +24,8 @@ class State:
         self.artifacts = ArtifactStore(settings.data_dir / "artifacts")
         self.gate = Gate(settings, self.database)
         self.audit = AuditTrail(self.database, days=settings.audit_days, with_reads=settings.audit_reads)
-        self.package_limits = Limits()
+        self.package_limits = settings.package_limits
+        self.parsing = asyncio.Semaphore(settings.parse_at_a_time)
         self.plugins: RegistryDescription | None = None
         self.plugins_problem = ""
         self.requests: Counter[tuple[str, str, int]] = Counter()  # method, route, status

@@ -1,23 +1,24 @@
-"""Multipart uploads of products, written to a folder of their own for the time of the request."""
+"""Multipart uploads of products. Their parts are read from where the request left them; no file takes a name from outside."""
 
-import shutil
-import tempfile
-from collections.abc import AsyncIterator, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
+import asyncio
+from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
 from fastapi import Depends, Request
 from pydantic_core import PydanticCustomError
+from python_multipart.multipart import parse_options_header
 from starlette.datastructures import FormData, UploadFile
+from starlette.exceptions import HTTPException
+from starlette.formparsers import MultiPartException, MultiPartParser
+from starlette.requests import ClientDisconnect
 
-from gripwright.cad.formats import format_of
+from gripwright.cad.archive import check_size
+from gripwright.cad.limits import Limits
 from gripwright.cad.manifest import check_file_name
 from gripwright.cad.package import DOCUMENT
 from gripwright.domain.errors import Fault, InvalidInput
 from gripwright.http.deps import Service
-from gripwright.http.errors import UnsupportedMediaType
+from gripwright.http.errors import NotReady, UnsupportedMediaType
 
 UPLOAD_SCHEMA: dict[str, Any] = {
     "requestBody": {
@@ -46,100 +47,120 @@ UPLOAD_SCHEMA: dict[str, Any] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Upload:
-    """The parts of an upload: file parts, and the manifest where it is a part of its own."""
-
-    files: tuple[UploadFile, ...]
-    manifest: str | UploadFile | None
+_FIELDS = 2  # the manifest, and one too many to be told about
+_SHOWN = 200  # characters of a name
+_NAME_MAX = 500
+_CHARSETS = ("utf-8", "utf8", "us-ascii")
 
 
-async def upload_parts(request: Request, service: Service) -> AsyncIterator[Upload]:
-    """The parts as they arrived, large ones on disk; closed when the request is over."""
-    if not request.headers.get("content-type", "").lower().startswith("multipart/form-data"):
-        raise UnsupportedMediaType("an upload is multipart/form-data")
-    settings = service.settings
-    form = await request.form(
-        max_files=settings.upload_max_files, max_fields=settings.upload_max_files, max_part_size=settings.body_max_bytes
-    )
+class UploadedFiles:
+    """The parts of an upload as the files of a package, by their names; the manifest is product.json."""
+
+    def __init__(self, parts: dict[str, UploadFile | bytes], limits: Limits) -> None:
+        self._parts, self._limits, self._total = parts, limits, 0
+        self.names = frozenset(parts)
+
+    def read(self, name: str) -> bytes:
+        """The content of a file."""
+        part = self._parts[name]
+        size = len(part) if isinstance(part, bytes) else part.size or 0
+        self._total += size
+        check_size(name, size, self._total, self._limits)
+        return part if isinstance(part, bytes) else part.file.read()
+
+
+class _Parser(MultiPartParser):
+    """Knows whether the body came to its end: the framework takes what has come for all."""
+
+    ended = False
+
+    def on_end(self) -> None:
+        """The closing boundary."""
+        self.ended = True
+
+
+async def uploaded_files(request: Request, service: Service) -> AsyncIterator[UploadedFiles]:
+    """The parts as they arrived, large ones on disk, once there is room to read them; gone when the answer is made."""
+    form = await _form(request, service)
     try:
-        yield _parts(form)
+        files = _files(form, service.package_limits)
+        try:
+            async with asyncio.timeout(service.settings.parse_wait_s):
+                await service.parsing.acquire()
+        except TimeoutError:
+            at_a_time, waited = service.settings.parse_at_a_time, service.settings.parse_wait_s
+            raise NotReady(f"{at_a_time} uploads are being read, as many as may be; this one waited {waited:g} s") from None
+        try:
+            yield files
+        finally:
+            service.parsing.release()
     finally:
         await form.close()
 
 
-UploadParts = Annotated[Upload, Depends(upload_parts)]
+UploadFiles = Annotated[UploadedFiles, Depends(uploaded_files, scope="function")]
 
 
-def _parts(form: FormData) -> Upload:
-    files: list[UploadFile] = []
-    manifest: str | UploadFile | None = None
-    for name, part in form.multi_items():
-        if name == "manifest":
-            if manifest is not None:
-                raise InvalidInput("the upload has two manifests", faults=(Fault("manifest", "given twice"),))
-            manifest = part
-        elif isinstance(part, UploadFile):
-            files.append(part)
-        else:
-            raise InvalidInput("the upload has a field that is no file", faults=(Fault(name, "not a file part"),))
-    return Upload(files=tuple(files), manifest=manifest)
+async def _form(request: Request, service: Service) -> FormData:
+    """The parts of the body. One that is no multipart, or not all of it, is refused."""
+    media_type, options = parse_options_header(request.headers.get("content-type", ""))
+    if media_type != b"multipart/form-data":
+        raise UnsupportedMediaType(f"an upload is multipart/form-data, not {media_type.decode('latin-1')[:100]!r}")
+    charset = options.get(b"charset", b"utf-8").decode("latin-1")
+    if charset.lower() not in _CHARSETS:  # Python knows codecs that make half characters, or programs, of bytes
+        raise UnsupportedMediaType(f"an upload is in UTF-8, not {charset[:100]!r}")
+    settings = service.settings
+    parser = _Parser(
+        request.headers,
+        request.stream(),
+        max_files=settings.upload_max_files,
+        max_fields=_FIELDS,
+        max_part_size=settings.body_max_bytes,
+    )
+    try:
+        form = await parser.parse()
+    except MultiPartException as error:
+        raise HTTPException(400, f"the body is no multipart/form-data that is read: {error.message}") from None
+    except ClientDisconnect:
+        raise HTTPException(400, "the connection ended before the body did") from None
+    if not parser.ended:
+        await form.close()
+        raise HTTPException(400, "the body ends early: its closing boundary is missing")
+    return form
 
 
-@contextmanager
-def stored_upload(upload: Upload) -> Iterator[Path]:
-    """The upload as a path that `read_product` takes, gone afterwards: an archive, a STEP file, or a folder."""
-    with tempfile.TemporaryDirectory(prefix="gripwright-upload-") as name:
-        folder = Path(name)
-        if upload.manifest is None:
-            yield _write_single(folder, upload.files)
-        else:
-            yield _write_folder(folder, upload.manifest, upload.files)
-
-
-def _write_single(folder: Path, files: tuple[UploadFile, ...]) -> Path:
-    """An archive or a STEP assembly that stands alone."""
-    if len(files) != 1:
-        raise InvalidInput(
-            "the upload is no product",
-            faults=(Fault("manifest", f"{len(files)} files and no manifest part; a .zip or a STEP assembly may stand alone"),),
-        )
-    name = Path(files[0].filename or "").name
-    if format_of(name) == "step":
-        target = folder / name
-    elif name.lower().endswith(".zip"):
-        target = folder / "package.zip"
-    else:
-        fault = Fault(name or "package", "neither a .zip nor a STEP assembly (.step, .stp)")
-        raise InvalidInput("the upload is no product", faults=(fault,))
-    _write(target, files[0])
-    return target
-
-
-def _write_folder(folder: Path, manifest: str | UploadFile, files: tuple[UploadFile, ...]) -> Path:
-    """A package of parts: the manifest as product.json, and each CAD file under its own name."""
-    if isinstance(manifest, str):
-        (folder / DOCUMENT).write_bytes(manifest.encode())
-    else:
-        _write(folder / DOCUMENT, manifest)
+def _files(form: FormData, limits: Limits) -> UploadedFiles:
+    parts: dict[str, UploadFile | bytes] = {}
     faults = []
-    for part in files:
-        name = part.filename or ""
-        try:
-            target = folder / check_file_name(name)
-        except PydanticCustomError as error:
-            faults.append(Fault(name or "files", error.message()))
+    items = form.multi_items()
+    described = any(name == "manifest" for name, _ in items)
+    for field, part in items:
+        if field == "manifest":
+            name = DOCUMENT
+        elif isinstance(part, UploadFile):
+            name = part.filename or ""
+            message = _name_fault(name, described)
+            if message is not None:
+                faults.append(Fault(name[:_SHOWN] or field, message))
+                continue
+        else:
+            faults.append(Fault(field[:_SHOWN], "not a file part"))
             continue
-        if target.exists():
-            faults.append(Fault(name, "given twice"))
-            continue
-        target.parent.mkdir(parents=True, exist_ok=True)
-        _write(target, part)
+        if name in parts:
+            faults.append(Fault("manifest" if field == "manifest" else name, "given twice"))
+        parts[name] = part if isinstance(part, UploadFile) else part.encode()
     if faults:
-        raise InvalidInput("the upload has files that cannot be used", faults=tuple(faults))
-    return folder
+        raise InvalidInput("the upload has parts that cannot be used", faults=tuple(faults))
+    return UploadedFiles(parts, limits)
 
 
-def _write(target: Path, part: UploadFile) -> None:
-    with target.open("wb") as file:
-        shutil.copyfileobj(part.file, file)
+def _name_fault(name: str, described: bool) -> str | None:
+    """What is wrong with the name of a file; beside a manifest it is one of its CAD files, else it stands alone."""
+    if len(name) > _NAME_MAX or not name.isprintable():
+        return f"a name of {len(name)} characters; at most {_NAME_MAX}, all of them printable, are allowed"
+    if described:
+        try:
+            check_file_name(name)
+        except PydanticCustomError as error:
+            return error.message()
+    return None

@@ -1,17 +1,16 @@
 """Products: read from an upload, stored whole or not at all, and changed without reading the CAD files again."""
 
+import hashlib
 from collections.abc import Mapping
 from datetime import datetime
-from pathlib import Path
 from typing import Any
 
 from sqlalchemy.orm import Session
 
 from gripwright.cad.colour import component_glb
-from gripwright.cad.limits import Limits
 from gripwright.cad.manifest import ProductManifest, manifest_of
 from gripwright.cad.operations import validate_operations
-from gripwright.cad.package import Product, assembly_task, read_product
+from gripwright.cad.package import Product, assembly_task
 from gripwright.design.records import dumps, loads, record_types
 from gripwright.domain.assembly import AssemblyTask, Component, GraspRegion, Obstacle, Operation
 from gripwright.domain.errors import Conflict, Fault, InvalidInput
@@ -26,16 +25,12 @@ TASK_TYPES = record_types((AssemblyTask, Component, GraspRegion, Mesh, Obstacle,
 CHANGEABLE = ("no_grasp", "may_grasp", "density", "friction")
 
 
-def read_upload(path: Path, limits: Limits) -> Product:
-    """The product of an uploaded folder, archive or STEP file. Nothing is stored; the parsers run in a child process."""
-    return read_product(path, limits)
-
-
 def register_product(session: Session, artifacts: ArtifactStore, product: Product, now: datetime) -> tuple[ProductRow, bool]:
     """Store a product; whether it is new comes second. Conflict where its part number and revision have other content."""
     manifest, products = product.manifest, ProductRepository(session)
     task = assembly_task(product)
-    sha256 = artifacts.put(dumps(task))
+    stored = dumps(task)
+    sha256 = hashlib.sha256(stored).hexdigest()
     existing = products.find(manifest.part_number, manifest.revision)
     if existing is not None:
         if existing.content_sha256 != sha256:
@@ -44,6 +39,7 @@ def register_product(session: Session, artifacts: ArtifactStore, product: Produc
                 product_id=existing.id,
             )
         return existing, False
+    artifacts.put(stored)  # now that it is needed: what is refused leaves no file
     row = ProductRow(
         id=new_id(now),
         part_number=manifest.part_number,

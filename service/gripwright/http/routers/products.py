@@ -4,13 +4,14 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Request, Response, status
 
+from gripwright.cad.package import read_upload
 from gripwright.http.deps import Artifacts, Now, ReadSession, Service, WriteSession
 from gripwright.http.pagination import Page, link_next
 from gripwright.http.preconditions import IfMatch, IfNoneMatch, check_match, is_known, require_match, version_tag
 from gripwright.http.schemas.problem import problems
 from gripwright.http.schemas.products import OperationsBody, ProductPage, ProductSummary, ProductView
-from gripwright.http.uploads import UPLOAD_SCHEMA, UploadParts, stored_upload
-from gripwright.jobs.products import read_upload, register_product, replace_operations
+from gripwright.http.uploads import UPLOAD_SCHEMA, UploadFiles
+from gripwright.jobs.products import register_product, replace_operations
 from gripwright.jobs.requests import delete_product
 from gripwright.store.models import ProductRow
 from gripwright.store.pages import Cursor
@@ -26,16 +27,15 @@ router = APIRouter(prefix="/products", tags=["products"])
     response_model=ProductView,
     responses={
         200: {"model": ProductView, "description": "It exists with the same content"},
-        **problems(409, 413, 415, 422),
+        **problems(400, 409, 413, 415, 422, 503),
     },
     openapi_extra=UPLOAD_SCHEMA,
 )
 def create_product(
-    upload: UploadParts, service: Service, session: WriteSession, artifacts: Artifacts, now: Now, response: Response
+    upload: UploadFiles, service: Service, session: WriteSession, artifacts: Artifacts, now: Now, response: Response
 ) -> ProductView:
     """Upload a product: a package (.zip), CAD files with a `manifest` part, or one STEP assembly alone."""
-    with stored_upload(upload) as path:
-        product = read_upload(path, service.package_limits)
+    product = read_upload(upload, service.package_limits)
     row, is_new = register_product(session, artifacts, product, now)
     if not is_new:
         response.status_code = status.HTTP_200_OK
