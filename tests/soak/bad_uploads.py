@@ -1,4 +1,4 @@
-"""`python tests/soak/bad_uploads.py [PART OF A LABEL]`: every malformed upload of the corpus to a real service."""
+"""`python tests/soak/bad_uploads.py [PARTS OF LABELS …]`: every malformed upload of the corpus to a real service."""
 
 import sys
 import tempfile
@@ -16,8 +16,8 @@ _AT_A_TIME = 2
 
 
 def main() -> None:
-    wanted = sys.argv[1] if len(sys.argv) > 1 else ""
-    uploads = [bad for bad in corpus() if wanted in bad.label]
+    wanted = sys.argv[1:] or [""]
+    uploads = [bad for bad in corpus() if any(part in bad.label for part in wanted)]
     with tempfile.TemporaryDirectory(prefix="gripwright-soak-") as folder, hostile_service(Path(folder)) as service:
         before = service.leftovers()
         answers, faults = [], {}

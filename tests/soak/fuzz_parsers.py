@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "hostile"))
 
 with atheris.instrument_imports(include=["gripwright.cad", "gripwright.domain"]):
     from archive_files import bad_archives
-    from corpus import corpus
+    from corpus import small_corpus
     from hostile_service import LONGEST_S, hostile_service
     from manifest_files import bad_manifests
     from polygon_files import ascii_stl, bad_polygon_files, obj, off, ply
@@ -136,7 +136,7 @@ def fuzz_parsers(seconds: int, folder: Path) -> None:
 def fuzz_service(seconds: int, folder: Path) -> int:
     chance, findings, statuses = random.Random(int(time.time())), Findings(folder / "findings"), Counter()
     files = [("step", block()), *((format, data) for format, data in seeds() if format in FORMATS and len(data) < 100_000)]
-    requests = [bad for bad in corpus() if len(bad.body) < 100_000]
+    requests = [bad for bad in small_corpus() if len(bad.body) < 100_000]
     slowest = 0.0
     with tempfile.TemporaryDirectory(prefix="gripwright-fuzz-") as data, hostile_service(Path(data)) as service:
         end = time.monotonic() + seconds

@@ -48,12 +48,13 @@ def main() -> None:
 
 
 def _answer(header: dict[str, Any], data: bytes, limits: Limits) -> tuple[dict[str, Any], list[Mesh]]:
-    from gripwright.cad import read  # after the limits were set
+    from gripwright.cad import part21, read  # after the limits were set
 
     if header["task"] == "mesh":
         meshes = [read.read_mesh(data, header["format"], header["units"], limits)]
         answer: dict[str, Any] = {}
     else:
+        part21.check_frame(data)
         from gripwright.cad import step
 
         assembly = step.read_step_assembly(data, limits)

@@ -6,6 +6,7 @@ import numpy as np
 
 from gripwright.cad.gltf import read_glb
 from gripwright.cad.limits import DEFAULT_LIMITS, Limits
+from gripwright.cad.part21 import check_frame
 from gripwright.cad.ply import read_ply
 from gripwright.cad.polygons import read_obj, read_off
 from gripwright.cad.stl import read_stl
@@ -32,6 +33,7 @@ def read_mesh(data: bytes, format: str, units: str | None, limits: Limits = DEFA
             raise InvalidGeometry(f"states no units: {format.upper()} does not carry them")
         mesh = mesh_in_mm(*_UNITLESS_READERS[format](data), units)
     elif format == "step":  # Open CASCADE takes half a second to import: not for files that need none
+        check_frame(data)
         from gripwright.cad.step import read_step_mesh
 
         mesh = read_step_mesh(data, units, limits)

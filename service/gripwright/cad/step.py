@@ -28,8 +28,6 @@ from gripwright.geometry.codec import MM_PER_UNIT
 from gripwright.geometry.frames import is_rigid
 
 ANGULAR_DEFLECTION_RAD = 0.1
-_BEGIN, _END = b"ISO-10303-21;", b"END-ISO-10303-21;"
-_FRAME_BYTES = 2**16  # blanks and comments may stand around, and a signature after the end
 _UNIT_NAMES = {"millimetre": "mm", "centimetre": "cm", "metre": "m", "inch": "in", "foot": "ft", "micrometre": "micron"}
 
 
@@ -90,7 +88,6 @@ class _Document:
     """A STEP file as Open CASCADE's document of labels; lengths are in mm there."""
 
     def __init__(self, data: bytes) -> None:
-        _check_frame(data)
         reader = STEPCAFControl_Reader()
         reader.SetNameMode(True)
         if reader.ReadStream("input", io.BytesIO(data)) != IFSelect_ReturnStatus.IFSelect_RetDone:
@@ -113,14 +110,6 @@ class _Document:
         for root in self._roots:
             base = () if len(self._roots) == 1 else (_name(root),)
             yield from _leaves(root, base, _pose(XCAFDoc_ShapeTool.GetLocation_s(root)), placements)
-
-
-def _check_frame(data: bytes) -> None:
-    """InvalidGeometry for what is not a whole file: the importer makes what it can of a part of one."""
-    if _BEGIN not in data[:_FRAME_BYTES]:
-        raise InvalidGeometry(f"cannot be read as STEP: it does not begin with {_BEGIN.decode()}")
-    if _END not in data[-_FRAME_BYTES:]:
-        raise InvalidGeometry(f"ends early: it does not end with {_END.decode()}")
 
 
 def _leaves(

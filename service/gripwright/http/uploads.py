@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncIterator
+from pathlib import PurePosixPath
 from typing import Annotated, Any
 
 from fastapi import Depends, Request
@@ -139,7 +140,7 @@ def _files(form: FormData, limits: Limits) -> UploadedFiles:
             name = DOCUMENT
         elif isinstance(part, UploadFile):
             name = part.filename or ""
-            message = _name_fault(name, described)
+            message = "the manifest is the part of that name" if name == DOCUMENT else _name_fault(name, described)
             if message is not None:
                 faults.append(Fault(name[:_SHOWN] or field, message))
                 continue
@@ -149,6 +150,8 @@ def _files(form: FormData, limits: Limits) -> UploadedFiles:
         if name in parts:
             faults.append(Fault("manifest" if field == "manifest" else name, "given twice"))
         parts[name] = part if isinstance(part, UploadFile) else part.encode()
+    folders = {str(folder) for name in parts for folder in PurePosixPath(name).parents}
+    faults += [Fault(name, "both a file and a folder") for name in parts if name in folders]
     if faults:
         raise InvalidInput("the upload has parts that cannot be used", faults=tuple(faults))
     return UploadedFiles(parts, limits)
