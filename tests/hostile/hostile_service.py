@@ -16,6 +16,7 @@ from urllib.parse import urlsplit
 import psutil
 
 LONGEST_S = 10.0
+_WORKERS_OWN = "pymp-"  # the socket of the server of their children, there as long as they are
 _PYTHON_ERROR = re.compile(r"Traceback|\b[A-Z][A-Za-z]+(Error|Exception)\b|object at 0x")
 
 
@@ -111,7 +112,7 @@ class HostileService:
         return {
             "artifacts": sorted(map(str, files)),
             "products": products,
-            "temporary": sorted(str(path.relative_to(self.temporary)) for path in self.temporary.rglob("*")),
+            "temporary": sorted(path.name for path in self.temporary.iterdir() if not path.name.startswith(_WORKERS_OWN)),
             "parsers": [p.pid for p in self._descendants() if "gripwright.cad.child" in " ".join(p.cmdline())],
         }
 

@@ -120,6 +120,6 @@ def _file_names():
     return (
         "../part.stl", "/etc/part.stl", "C:\\part.stl", "..\\part.stl", "a/../../part.stl", "a\x00.stl", "x" * 600 + ".stl",
         ".stl/../..",
-        "a/" * 200 + "a.stl", "..", ".", "", "part.stl ", "part.exe", "\u202e.lts", "a\tb.stl", "\x7f.stl", "a%00.step/..",
+        "a/" * 300 + "a.stl", "..", ".", "", "part.stl ", "part.exe", "\u202e.lts", "a\tb.stl", "\x7f.stl", "a%00.step/..",
         "x" * 600 + ".step\x00",
     )  # fmt: skip
