@@ -9,6 +9,7 @@ from urllib.parse import urlsplit
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from gripwright.cad.limits import Limits
 from gripwright.domain.access import AccessScope
 
 
@@ -84,6 +85,18 @@ class Settings(BaseSettings):
     upload_max_bytes: int = Field(default=512 * 2**20, ge=1, description="of one product upload")
     upload_max_files: int = Field(default=1000, ge=1, description="parts of one product upload")
     import_max_packages: int = Field(default=200, ge=1, description="of one import of products")
+    package_max_files: int = Field(default=2000, ge=1, description="files of one package")
+    package_max_file_bytes: int = Field(default=256 * 2**20, ge=1, description="of one file of a package, decompressed")
+    package_max_bytes: int = Field(default=1024 * 2**20, ge=1, description="of all files of a package, decompressed")
+    package_max_document_bytes: int = Field(default=16 * 2**20, ge=1, description="of product.json")
+    package_max_ratio: float = Field(default=200.0, ge=1, description="decompressed over compressed size of one file")
+    package_max_triangles: int = Field(default=5_000_000, ge=1, description="of one component")
+    package_max_levels: int = Field(default=100, ge=1, le=400, description="assemblies in assemblies, of one CAD file")
+    package_max_instances: int = Field(default=100_000, ge=1, description="parts that one CAD file places")
+    parse_file_s: float = Field(default=7.0, gt=0, description="processor time to read one CAD file")
+    parse_mib_s: float = Field(default=4.0, ge=0, description="as much more for each MiB of it")
+    parse_package_s: float = Field(default=300.0, gt=0, description="longest time to read all CAD files of a package")
+    parse_memory_mb: int = Field(default=6144, ge=512, description="address space of the process that reads CAD files")
     body_max_bytes: int = Field(default=8 * 2**20, ge=1, description="of any other request body")
     idempotency_hours: int = Field(default=24, ge=1, le=168, description="how long answers are given again by Idempotency-Key")
     gripper_set_timeout_s: float = Field(default=30.0, gt=0, description="longest synchronous gripper-set optimisation")
@@ -116,7 +129,7 @@ class Settings(BaseSettings):
     )
     rate_burst: int = Field(default=200, ge=1, description="requests of one client at once, of each kind")
     heavy_requests: int = Field(default=4, ge=1, le=32, description="uploads read and gripper sets solved at a time")
-    heavy_wait_s: float = Field(default=10.0, gt=0, description="longest wait of another one before it is told to come again")
+    heavy_wait_s: float = Field(default=30.0, gt=0, description="longest wait of another one before it is told to come again")
     audit_days: int = Field(default=365, ge=1, le=36_500, description="how long the audit trail is kept")
     audit_reads: bool = Field(default=False, description="the audit trail holds requests that only read, too")
 
@@ -137,6 +150,24 @@ class Settings(BaseSettings):
     def asks_for_access(self) -> bool:
         """Whether requests need a key or a token."""
         return self.access_required or not is_loopback(self.host)
+
+    @property
+    def package_limits(self) -> Limits:
+        """What a package may cost."""
+        return Limits(
+            max_files=self.package_max_files,
+            max_file_bytes=self.package_max_file_bytes,
+            max_total_bytes=self.package_max_bytes,
+            max_document_bytes=self.package_max_document_bytes,
+            max_ratio=self.package_max_ratio,
+            max_triangles=self.package_max_triangles,
+            max_levels=self.package_max_levels,
+            max_instances=self.package_max_instances,
+            seconds=self.parse_package_s,
+            seconds_per_file=self.parse_file_s,
+            seconds_per_mebibyte=self.parse_mib_s,
+            memory_bytes=self.parse_memory_mb * 2**20,
+        )
 
     @property
     def uses_default_database(self) -> bool:

@@ -67,7 +67,8 @@ def test_an_stl_with_a_binary_header_that_says_solid_or_with_data_appended_is_re
     [
         (_file(_shuffled_ring(), "stl")[:-1], "ends early: it declares 192 triangles"),
         (b"solid x\n facet\n outer loop\n vertex 1 2 3\n vertex 1 2 3\n endloop\n", "1 facets with 2 vertices"),
-        (b"solid x\n vertex 1 2 3\n vertex 1 x 3\n vertex 1 2 3\n endloop\n", "could not convert"),
+        (b"solid x\n vertex 1 2 3\n vertex 1 x 3\n vertex 1 2 3\n endloop\nendsolid", "'x' is no number"),
+        (b"solid x\n vertex 1 2 3\n vertex 1 1 3\n vertex 1 2 3\n endloop\n", "after 1 facets there is no endsolid"),
         (b"", "ends early"),
     ],
 )

@@ -254,7 +254,7 @@ def test_all_faults_of_document_sequence_and_files_come_together(tmp_path: Path)
         ('{"part_number": NaN}', "NaN is no number"),
         ('{"components": [{"density": -Infinity}]}', "-Infinity is no number"),
         ('{"part_number": "x", "part_number": "y"}', "'part_number' is given twice"),
-        ("[" * 100_000, "nested too deeply"),
+        ("[" * 100_000, "nested more than 1000 levels deep"),
         ("9" * 10_000, "not valid JSON"),
         ('{"name": "\\ud800"}', "surrogates not allowed"),
         ("", "line 1, column 1"),

@@ -1,21 +1,28 @@
 """The files of a product package: a folder or a zip archive, neither of which is trusted."""
 
 import io
-import lzma
 import stat
+import unicodedata
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from itertools import pairwise
 from pathlib import Path, PurePosixPath
 from typing import Protocol
 
+from gripwright.cad.document import refuse
 from gripwright.cad.limits import Limits
 from gripwright.domain.errors import Fault, InvalidInput, LimitExceeded
 
 _RATIO_FROM_BYTES = 2**20  # smaller files cannot do harm, however well they compress
 _ARCHIVES = frozenset({".zip", ".gz", ".bz2", ".xz", ".7z", ".rar", ".tar", ".tgz"})
 _ENCRYPTED = 0x1
-_DAMAGE = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, NotImplementedError, OSError, ValueError)
+_LISTED = b"PK\1\2"  # begins an entry of the directory, also of archives inside, as 3MF files are
+_LISTED_FACTOR = 20
+_LOCAL_HEAD_BYTES = 30
+_NAME_MAX = 1000  # characters of a name with its folders
+_METHODS = {zipfile.ZIP_STORED: "stored", zipfile.ZIP_DEFLATED: "deflated"}
+_DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, OSError, ValueError)
 
 
 class PackageFiles(Protocol):
@@ -49,7 +56,7 @@ class FolderFiles:
         path = self._root / name
         size = path.stat().st_size
         self._total += size
-        _check_size(name, size, self._total, self._limits)
+        check_size(name, size, self._total, self._limits)
         return path.read_bytes()
 
 
@@ -70,7 +77,21 @@ class ArchiveFiles:
                 f"{name} cannot be decompressed: {error}", faults=(Fault(name, f"cannot be decompressed: {error}"),)
             ) from None
         self._total += len(data)
-        _check_size(name, len(data), self._total, self._limits)
+        check_size(name, len(data), self._total, self._limits)
+        return data
+
+
+class SingleFile:
+    """One file alone."""
+
+    def __init__(self, name: str, read: Callable[[], bytes], limits: Limits) -> None:
+        self.names = frozenset({name})
+        self._read, self._limits = read, limits
+
+    def read(self, name: str) -> bytes:
+        """Its content."""
+        data = self._read()
+        check_size(name, len(data), len(data), self._limits)
         return data
 
 
@@ -80,53 +101,77 @@ def open_archive(data: bytes, label: str, limits: Limits, *, of_packages: bool =
     InvalidInput for names that lead out, links, encryption, names given twice and archives inside; LimitExceeded for
     what would be too much.
     """
+    listed = data.count(_LISTED)  # before the directory is read, which would take time and memory for each
+    if listed > _LISTED_FACTOR * limits.max_files:
+        raise LimitExceeded(f"{label} lists {listed} files or so, at most {limits.max_files}")
     try:
         archive = zipfile.ZipFile(io.BytesIO(data))
     except _DAMAGE as error:
         raise InvalidInput(f"{label} is no zip archive: {error}", faults=(Fault(label, f"no zip archive: {error}"),)) from None
-    infos = [info for info in archive.infolist() if not info.is_dir()]
+    infos = [info for info in archive.infolist() if not info.filename.endswith("/")]
     if len(infos) > limits.max_files:
         raise LimitExceeded(f"{label} holds {len(infos)} files, at most {limits.max_files}")
     entries: dict[str, zipfile.ZipInfo] = {}
     faults = []
+    seen: dict[str, str] = {}
     for info in infos:
         message = _entry_fault(info, _ARCHIVES - {".zip"} if of_packages else _ARCHIVES)
-        if message is None and info.filename in entries:
-            message = "given twice in the archive"
+        key = unicodedata.normalize("NFC", info.filename).casefold()
+        if message is None and key in seen:
+            same = seen[key] == info.filename
+            message = "given twice in the archive" if same else f"differs from {seen[key]!r} by case or composition alone"
         if message is not None:
-            faults.append(Fault(info.filename, message))
+            faults.append(Fault(info.filename[:_NAME_MAX], message))
+        seen[key] = info.filename
         entries[info.filename] = info
+    folders = {str(folder) for name in entries for folder in PurePosixPath(name).parents}
+    faults += _overlaps(infos)
+    faults += [Fault(name, "both a file and a folder") for name in entries if name in folders]
     if faults:
-        raise InvalidInput(f"{label} cannot be used", faults=tuple(faults))
+        refuse(f"{label} cannot be used", faults)
     _check_declared(infos, label, limits)
     return ArchiveFiles(archive, entries, limits)
 
 
 def _entry_fault(info: zipfile.ZipInfo, refused: frozenset[str]) -> str | None:
-    path = PurePosixPath(info.filename)
+    path, kind = PurePosixPath(info.filename), stat.S_IFMT(info.external_attr >> 16)
     if path.is_absolute() or ".." in path.parts or "\\" in info.orig_filename or ":" in info.filename:
         return "the path leads out of the package"
-    if stat.S_ISLNK(info.external_attr >> 16):
+    if not info.filename or not info.orig_filename.isprintable() or len(info.filename) > _NAME_MAX:
+        return f"the name has {len(info.filename)} characters; 1 to {_NAME_MAX}, all printable, are allowed"
+    if kind == stat.S_IFLNK:
         return "a symbolic link"
+    if kind not in (0, stat.S_IFREG):
+        return "neither a file nor a folder"
     if info.flag_bits & _ENCRYPTED:
         return "encrypted"
+    if info.compress_type not in _METHODS:
+        return f"compressed by method {info.compress_type}; {' and '.join(_METHODS.values())} are read"
     if path.suffix.lower() in refused:
         return "an archive inside the archive"
     return None
+
+
+def _overlaps(infos: list[zipfile.ZipInfo]) -> Iterator[Fault]:
+    """Entries that share bytes: bombs are made so."""
+    for first, second in pairwise(sorted(infos, key=lambda info: info.header_offset)):
+        if first.header_offset + _LOCAL_HEAD_BYTES + first.compress_size > second.header_offset:
+            yield Fault(second.filename, f"overlaps {first.filename!r} in the archive")
 
 
 def _check_declared(infos: list[zipfile.ZipInfo], label: str, limits: Limits) -> None:
     total = 0
     for info in infos:
         total += info.file_size
-        _check_size(info.filename, info.file_size, total, limits)
+        check_size(info.filename, info.file_size, total, limits)
         ratio = info.file_size / max(info.compress_size, 1)
         if info.file_size > _RATIO_FROM_BYTES and ratio > limits.max_ratio:
             detail = f"{info.filename} in {label} is compressed {ratio:.0f} : 1, at most {limits.max_ratio:.0f} : 1"
             raise LimitExceeded(detail, faults=(Fault(info.filename, detail),))
 
 
-def _check_size(name: str, size: int, total: int, limits: Limits) -> None:
+def check_size(name: str, size: int, total: int, limits: Limits) -> None:
+    """LimitExceeded for a file that is too large, or too large together with those before it."""
     if size > limits.max_file_bytes:
         detail = f"{name} has {size} bytes or more, at most {limits.max_file_bytes}"
         raise LimitExceeded(detail, faults=(Fault(name, detail),))
@@ -156,7 +201,11 @@ def open_package_files(path: Path, limits: Limits) -> PackageFiles:
     size = path.stat().st_size
     if size > limits.max_total_bytes:
         raise LimitExceeded(f"{path.name} has {size} bytes, at most {limits.max_total_bytes}")
-    files = open_archive(path.read_bytes(), path.name, limits)
+    return inner_package(open_archive(path.read_bytes(), path.name, limits))
+
+
+def inner_package(files: PackageFiles) -> PackageFiles:
+    """The files themselves, or where product.json lies in one folder below alone, that folder's."""
     below = sorted(name for name in files.names if name.endswith("/product.json") and name.count("/") == 1)
     if "product.json" not in files.names and len(below) == 1:
         return Subfolder(files, below[0].removesuffix("product.json"))

@@ -20,6 +20,7 @@ from gripwright.domain.errors import GripwrightError, LimitExceeded
 from gripwright.domain.shape import Mesh
 
 _PR_SET_PDEATHSIG = 1
+_DETAIL_MAX = 1000  # characters: what a file says of itself may be quoted in it
 
 
 def main() -> None:
@@ -29,31 +30,34 @@ def main() -> None:
     resource.setrlimit(resource.RLIMIT_AS, (limits.memory_bytes, limits.memory_bytes))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     requests, answers = _private_streams()
-    sys.excepthook = _last_words(answers)
+    sys.excepthook = _last_words(answers, limits)
     while True:
         try:
             header, data = wire.receive(requests)
         except wire.Closed:
             return
+        # processor time, not the clock: a busy machine makes no file slow. SIGPROF ends the process
+        signal.setitimer(signal.ITIMER_PROF, limits.seconds_for(len(data)))
         try:
             answer, meshes = _answer(header, data, limits)
         except GripwrightError as error:
-            wire.send(answers, {"status": "refused", "code": error.code, "detail": error.detail})
+            wire.send(answers, {"status": "refused", "code": error.code, "detail": error.detail[:_DETAIL_MAX]})
         else:
             sizes, payload = wire.pack(meshes)
             wire.send(answers, {"status": "read", "sizes": sizes, **answer}, payload)
 
 
 def _answer(header: dict[str, Any], data: bytes, limits: Limits) -> tuple[dict[str, Any], list[Mesh]]:
-    from gripwright.cad import read  # after the limits were set
+    from gripwright.cad import part21, read  # after the limits were set
 
     if header["task"] == "mesh":
         meshes = [read.read_mesh(data, header["format"], header["units"], limits)]
         answer: dict[str, Any] = {}
     else:
+        part21.check_frame(data)
         from gripwright.cad import step
 
-        assembly = step.read_step_assembly(data)
+        assembly = step.read_step_assembly(data, limits)
         meshes = [read.checked(mesh) for mesh in assembly.meshes]
         instances = [
             {"path": instance.path, "product": instance.product, "pose": instance.X_PC.tolist(), "mesh": instance.mesh}
@@ -81,12 +85,12 @@ def _private_streams() -> tuple[BinaryIO, BinaryIO]:
     return requests, answers
 
 
-def _last_words(answers: BinaryIO) -> Any:
+def _last_words(answers: BinaryIO, limits: Limits) -> Any:
     def report(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-        code = "limit-exceeded" if issubclass(kind, MemoryError) else "invalid-geometry"
-        reason = (
-            "needs more memory than allowed" if issubclass(kind, MemoryError) else f"cannot be read: {error} ({kind.__name__})"
-        )
+        if issubclass(kind, MemoryError):
+            code, reason = "limit-exceeded", f"needs more memory than allowed, which is {limits.memory_bytes / 2**20:.0f} MiB"
+        else:
+            code, reason = "invalid-geometry", f"cannot be read: {str(error)[:_DETAIL_MAX]} ({kind.__name__})"
         wire.send(answers, {"status": "failed", "code": code, "detail": reason})
 
     return report

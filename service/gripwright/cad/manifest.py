@@ -1,6 +1,6 @@
 """product.json: the model of a product package's document. Imports no mesh library."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from pathlib import PurePosixPath
 from typing import Annotated, Any, Literal, cast
@@ -18,7 +18,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from gripwright.cad.document import faults_of, parse_json, refuse
+from gripwright.cad.document import checked_entries, faults_of, parse_json, pointer, refuse
 from gripwright.cad.formats import EXTENSIONS, STATES_UNITS, format_of
 from gripwright.cad.limits import DEFAULT_LIMITS, Limits
 from gripwright.cad.sequence import duplicate_faults, entries, sequence_faults, string_of
@@ -28,6 +28,7 @@ from gripwright.domain.shape import FloatArray
 ROTATION_TOLERANCE = 1e-4  # of RᵀR from the identity: a pose written with five digits is meant as the nearest rotation
 LAST_ROW_TOLERANCE = 1e-9
 MAX_TRANSLATION_MM = 1e6
+MAX_COMPONENTS, MAX_OPERATIONS, MAX_WAYPOINTS, MAX_REGIONS = 5000, 20_000, 10_000, 1000
 HALF_TURN_RAD = np.pi - 1e-6
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -100,6 +101,7 @@ ExternalId = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(
 ExternalIds = Annotated[
     dict[SystemName, ExternalId], Field(max_length=20, description="name of another system → the id that it has there")
 ]
+Names = Annotated[tuple[str, ...], Field(max_length=MAX_COMPONENTS, fail_fast=True)]
 FileName = Annotated[str, Field(min_length=1, max_length=500), AfterValidator(check_file_name)]
 
 IDENTITY_POSE: Rows = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
@@ -133,13 +135,16 @@ class RegionEntry(_Entry):
 
     reason: Line = "marked"
     box: BoxEntry | None = None
-    segments: tuple[Annotated[int, Field(strict=True, ge=0)], ...] = ()
+    segments: Annotated[tuple[Annotated[int, Field(strict=True, ge=0, lt=2**53)], ...], Field(fail_fast=True)] = ()
 
     @model_validator(mode="after")
     def _one_form(self) -> "RegionEntry":
         if (self.box is None) == (not self.segments):
             raise PydanticCustomError("region", "exactly one of box and segments must be given")
         return self
+
+
+Regions = Annotated[tuple[RegionEntry, ...], Field(max_length=MAX_REGIONS, fail_fast=True)]
 
 
 class _FileEntry(_Entry):
@@ -167,26 +172,26 @@ class ComponentEntry(_FileEntry):
     name: Line = ""
     density: Annotated[Number, Field(gt=0, le=25_000, description="kg/m³")] = 7850.0
     friction: Annotated[Number, Field(gt=0, le=5, description="coefficient of friction")] = 0.2
-    no_grasp: tuple[RegionEntry, ...] = ()
-    may_grasp: tuple[RegionEntry, ...] = ()
+    no_grasp: Regions = ()
+    may_grasp: Regions = ()
     external_ids: ExternalIds = {}
 
 
 class ObstacleEntry(_FileEntry):
     """A fixture or support; `operations` None: it stands around in all of them."""
 
-    operations: tuple[str, ...] | None = None
+    operations: Annotated[tuple[str, ...], Field(max_length=MAX_OPERATIONS, fail_fast=True)] | None = None
 
 
 class OperationEntry(_Entry):
     """The paper's ⟨c_a, c_p, ᵃT_p, ᵃ'T_p⟩; poses displace the active subassembly from its place in the product frame."""
 
     id: Id
-    active: tuple[str, ...] = Field(min_length=1)
-    passive: tuple[str, ...] = ()
+    active: Names = Field(min_length=1)
+    passive: Names = ()
     pose_before: Pose
     pose_after: Pose
-    waypoints: tuple[Pose, ...] = Field(default=(), max_length=10_000)
+    waypoints: Annotated[tuple[Pose, ...], Field(fail_fast=True)] = Field(default=(), max_length=MAX_WAYPOINTS)
     grasp: str | None = None
     force: Annotated[Number, Field(ge=0, le=1e6, description="insertion force, N")] = 0.0
     fit: Annotated[Line, Field(min_length=1)] | None = None
@@ -214,14 +219,21 @@ class ProductManifest(_Entry):
     revision: Line = ""
     name: Line = ""
     external_ids: ExternalIds = {}
-    components: tuple[ComponentEntry, ...] = Field(min_length=1, max_length=5000)
-    environment: tuple[ObstacleEntry, ...] = Field(default=(), max_length=5000)
-    operations: tuple[OperationEntry, ...] = Field(default=(), max_length=20_000)
+    components: tuple[ComponentEntry, ...] = Field(min_length=1, max_length=MAX_COMPONENTS)
+    environment: tuple[ObstacleEntry, ...] = Field(default=(), max_length=MAX_COMPONENTS)
+    operations: tuple[OperationEntry, ...] = Field(default=(), max_length=MAX_OPERATIONS)
 
     def files(self) -> Iterator[tuple[str, int, ComponentEntry | ObstacleEntry]]:
         """Everything that has a CAD file: where it stands in the document, its index there, and itself."""
         yield from (("components", k, entry) for k, entry in enumerate(self.components))
         yield from (("environment", k, entry) for k, entry in enumerate(self.environment))
+
+
+_LISTS: Mapping[str, tuple[type[BaseModel], int]] = {
+    "components": (ComponentEntry, MAX_COMPONENTS),
+    "environment": (ObstacleEntry, MAX_COMPONENTS),
+    "operations": (OperationEntry, MAX_OPERATIONS),
+}
 
 
 def _turns_rad(motion: FloatArray) -> FloatArray:
@@ -240,11 +252,13 @@ def read_manifest(document: bytes, limits: Limits = DEFAULT_LIMITS) -> ProductMa
 
 def manifest_of(value: Any) -> ProductManifest:
     """The checked manifest of a JSON value; InvalidInput names every fault."""
-    faults = _reference_faults(value)
+    checked, faults = checked_entries(value, _LISTS)
+    faults += _reference_faults(value)
+    known = tuple(pointer(key) for key in _LISTS if any(fault.pointer.startswith(pointer(key, "")) for fault in faults))
     try:
-        manifest = ProductManifest.model_validate(value)
+        manifest = ProductManifest.model_validate(checked)
     except ValidationError as error:
-        faults = faults_of(error) + faults
+        faults = [fault for fault in faults_of(error) if not fault.pointer.startswith(known)] + faults
     if faults:
         refuse("the product is not described correctly", faults)
     return manifest

@@ -5,9 +5,9 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from gripwright.cad.document import faults_of, parse_json, refuse
+from gripwright.cad.document import checked_entries, faults_of, parse_json, pointer, refuse
 from gripwright.cad.limits import Limits
-from gripwright.cad.manifest import OperationEntry
+from gripwright.cad.manifest import MAX_OPERATIONS, OperationEntry
 from gripwright.cad.sequence import entries, sequence_faults
 from gripwright.domain.assembly import Operation
 
@@ -17,7 +17,7 @@ class OperationsDocument(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    operations: tuple[OperationEntry, ...] = Field(max_length=20_000)
+    operations: tuple[OperationEntry, ...] = Field(max_length=MAX_OPERATIONS)
 
 
 def validate_operations(value: Any, component_ids: Collection[str]) -> tuple[OperationEntry, ...]:
@@ -26,11 +26,13 @@ def validate_operations(value: Any, component_ids: Collection[str]) -> tuple[Ope
     InvalidInput names every fault; pointers begin with /operations in both forms.
     """
     value = {"operations": value} if isinstance(value, list) else value
-    faults = sequence_faults(entries(value, "operations"), component_ids)
+    checked, faults = checked_entries(value, {"operations": (OperationEntry, MAX_OPERATIONS)})
+    known = (pointer("operations"),) if faults else ()
+    faults += sequence_faults(entries(value, "operations"), component_ids)
     try:
-        document = OperationsDocument.model_validate(value)
+        document = OperationsDocument.model_validate(checked)
     except ValidationError as error:
-        faults = faults_of(error) + faults
+        faults = [fault for fault in faults_of(error) if not fault.pointer.startswith(known)] + faults
     if faults:
         refuse("the assembly sequence cannot be used", faults)
     return document.operations

@@ -1,6 +1,7 @@
 """Product packages: product.json and its CAD files, or a STEP assembly alone."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from gripwright.cad.archive import PackageFiles, open_package_files
+from gripwright.cad.archive import PackageFiles, inner_package, open_archive, open_package_files
 from gripwright.cad.document import parse_json, refuse
 from gripwright.cad.formats import format_of
 from gripwright.cad.limits import DEFAULT_LIMITS, Limits
-from gripwright.cad.manifest import ComponentEntry, ObstacleEntry, ProductManifest, RegionEntry, manifest_of
+from gripwright.cad.manifest import MAX_COMPONENTS, ComponentEntry, ObstacleEntry, ProductManifest, RegionEntry, manifest_of
 from gripwright.cad.operations import operation_of
 from gripwright.cad.reader import Assembly, CadReader
 from gripwright.cad.sequence import entries, string_of
@@ -47,7 +48,26 @@ def read_product(path: Path, limits: Limits = DEFAULT_LIMITS, operations: Path |
     sequence = None if operations is None else _sequence_of(operations, limits)
     if path.is_file() and format_of(path.name) == "step":
         return _read_step_product(path.name, path.read_bytes(), limits, sequence)
-    files = open_package_files(path, limits)
+    return _read_files(open_package_files(path, limits), path.name, limits, sequence)
+
+
+def read_upload(files: PackageFiles, limits: Limits) -> Product:
+    """The product of files that came one by one: the document with its CAD files, or one .zip or STEP assembly alone."""
+    if DOCUMENT in files.names:
+        return _read_files(files, "the upload", limits, None)
+    if len(files.names) != 1:
+        message = f"{len(files.names)} files and no manifest part; a .zip or a STEP assembly may stand alone"
+        raise InvalidInput("the upload is no product", faults=(Fault("manifest", message),))
+    (name,) = files.names
+    if format_of(name) == "step":
+        return _read_step_product(name, files.read(name), limits, None)
+    if not name.lower().endswith(".zip"):
+        fault = Fault(name, "neither a .zip nor a STEP assembly (.step, .stp)")
+        raise InvalidInput("the upload is no product", faults=(fault,))
+    return _read_files(inner_package(open_archive(files.read(name), name, limits)), name, limits, None)
+
+
+def _read_files(files: PackageFiles, label: str, limits: Limits, sequence: Any) -> Product:
     if DOCUMENT in files.names:
         value = parse_json(files.read(DOCUMENT), DOCUMENT, limits.max_document_bytes)
         if sequence is not None and isinstance(value, dict):
@@ -56,7 +76,7 @@ def read_product(path: Path, limits: Limits = DEFAULT_LIMITS, operations: Path |
     alone = [name for name in files.names if format_of(name) == "step"]
     if len(alone) != 1:
         message = f"no {DOCUMENT}, and {len(alone)} STEP files where one could stand alone"
-        raise InvalidInput(f"{path.name} is no product package: {message}", faults=(Fault(DOCUMENT, message),))
+        raise InvalidInput(f"{label} is no product package: {message}", faults=(Fault(DOCUMENT, message),))
     return _read_step_product(alone[0], files.read(alone[0]), limits, sequence)
 
 
@@ -137,6 +157,8 @@ def _read_step_product(name: str, data: bytes, limits: Limits, sequence: Any) ->
             assembly = reader.assembly(name, data)
         except InvalidGeometry as error:
             raise InvalidInput("the STEP file cannot be used", faults=(Fault(name, error.detail),)) from None
+    if len(assembly.instances) > MAX_COMPONENTS:
+        raise LimitExceeded(f"{name} has {len(assembly.instances)} components, at most {MAX_COMPONENTS}")
     ids = _component_ids(assembly)
     components = [
         {
@@ -162,15 +184,17 @@ def _line(text: str) -> str:
 
 def _component_ids(assembly: Assembly) -> list[str]:
     """An id of each instance from the names on its path, counted where two would be the same."""
-    ids: list[str] = []
+    ids: dict[str, None] = {}
+    used: Counter[str] = Counter()
     for instance in assembly.instances:
         name = re.sub(r"[^\w.]+|_+", "-", "-".join(instance.path).lower()).strip("-.") or "component"
-        candidate, count = name[-250:], 1
+        base = name[-150:]
+        candidate = base
         while candidate in ids:
-            count += 1
-            candidate = f"{name[-250:]}-{count}"
-        ids.append(candidate)
-    return ids
+            used[base] += 1
+            candidate = f"{base}-{used[base] + 1}"
+        ids[candidate] = None
+    return list(ids)
 
 
 def assembly_task(product: Product) -> AssemblyTask:

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from gripwright.cad.numerals import count, index, real
 from gripwright.domain.errors import InvalidGeometry
 from gripwright.domain.shape import FloatArray, IntArray
 
@@ -29,8 +30,10 @@ def read_obj(data: bytes) -> Polygons:
         try:
             if words[0] == "v":
                 x, y, z = words[1:4]
-                vertices.append((float(x), float(y), float(z)))
+                vertices.append((real(x), real(y), real(z)))
             elif words[0] == "f":
+                if len(words) < 4:
+                    raise ValueError(f"a face of {len(words) - 1} corners")
                 polygons.append([_obj_index(word, len(vertices)) for word in words[1:]])
         except ValueError as error:
             raise InvalidGeometry(f"cannot be read: line {number} is no OBJ: {error}") from None
@@ -45,10 +48,12 @@ def _obj_lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
             yield number, words
 
 
-def _obj_index(word: str, count: int) -> int:
+def _obj_index(word: str, vertices: int) -> int:
     """The vertex of a face's corner `v/vt/vn`: counted from 1, or from the last one back."""
-    index = int(word.partition("/")[0])
-    return index - 1 if index > 0 else count + index
+    number = index(word.partition("/")[0])
+    if number == 0:
+        raise ValueError("a corner is vertex 0; the first is 1")
+    return number - 1 if number > 0 else vertices + number
 
 
 def read_off(data: bytes) -> Polygons:
@@ -60,13 +65,28 @@ def read_off(data: bytes) -> Polygons:
     first = lines[0][1:]  # the counts may stand on the first line
     lines = [first, *lines[1:]] if first else lines[1:]
     try:
-        vertex_count, face_count = int(lines[0][0]), int(lines[0][1])
+        vertex_count, face_count = count(lines[0][0], "vertices"), count(lines[0][1], "faces")
         vertex_lines, face_lines = lines[1 : 1 + vertex_count], lines[1 + vertex_count : 1 + vertex_count + face_count]
-        vertices = np.array([[float(word) for word in words[:3]] for words in vertex_lines]).reshape(-1, 3)
-        polygons = [[int(word) for word in words[1 : 1 + int(words[0])]] for words in face_lines]
-    except (ValueError, IndexError) as error:
+        vertices = np.array([_off_vertex(words) for words in vertex_lines], dtype=np.float64).reshape(-1, 3)
+        polygons = [_off_polygon(words) for words in face_lines]
+    except IndexError:
+        raise InvalidGeometry("ends early: it does not say how many vertices and faces it has") from None
+    except ValueError as error:
         raise InvalidGeometry(f"cannot be read as OFF: {error}") from None
     if len(vertices) != vertex_count or len(polygons) != face_count:
         found = f"{len(vertices)} vertices and {len(polygons)} faces"
         raise InvalidGeometry(f"ends early: it declares {vertex_count} vertices and {face_count} faces, and holds {found}")
     return vertices, fans(polygons)
+
+
+def _off_vertex(words: list[str]) -> list[float]:
+    if len(words) < 3:
+        raise ValueError(f"a vertex of {len(words)} coordinates")
+    return [real(word) for word in words[:3]]
+
+
+def _off_polygon(words: list[str]) -> list[int]:
+    corners = count(words[0], "corners")
+    if corners > len(words) - 1:
+        raise ValueError(f"a face declares {corners} corners, and has {len(words) - 1}")
+    return [index(word) for word in words[1 : 1 + corners]]

@@ -4,13 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from gripwright.cad.gltf import read_glb
 from gripwright.cad.limits import DEFAULT_LIMITS, Limits
+from gripwright.cad.part21 import check_frame
 from gripwright.cad.ply import read_ply
 from gripwright.cad.polygons import read_obj, read_off
 from gripwright.cad.stl import read_stl
+from gripwright.cad.threemf import read_3mf
 from gripwright.domain.errors import InvalidGeometry
 from gripwright.domain.shape import Mesh
-from gripwright.geometry.codec import mesh_in_mm
+from gripwright.geometry.codec import MM_PER_UNIT, mesh_in_mm
 from gripwright.geometry.measures import diagonal_mm, face_areas_mm2
 
 DIAGONAL_MIN_MM = 1e-2
@@ -25,19 +28,22 @@ def read_mesh(data: bytes, format: str, units: str | None, limits: Limits = DEFA
     says so itself. A glTF file's metres are a convention that exporters ignore, so there `units` outranks it; a STEP or
     3MF file states its unit, which `units` must not contradict. Axes stay as they are in every format.
     """
-    # the libraries take half a second each to import: not for files that need none
     if format in _UNITLESS_READERS:
         if units is None:
             raise InvalidGeometry(f"states no units: {format.upper()} does not carry them")
         mesh = mesh_in_mm(*_UNITLESS_READERS[format](data), units)
-    elif format == "step":
+    elif format == "step":  # Open CASCADE takes half a second to import: not for files that need none
+        check_frame(data)
         from gripwright.cad.step import read_step_mesh
 
-        mesh = read_step_mesh(data, units)
+        mesh = read_step_mesh(data, units, limits)
+    elif format == "glb":
+        mesh = mesh_in_mm(*read_glb(data, limits), units or "m")
     else:
-        from gripwright.cad.scene import read_scene_mesh
-
-        mesh = read_scene_mesh(data, format, units, limits)
+        polygons, unit = read_3mf(data, limits)
+        if units is not None and MM_PER_UNIT[units] != MM_PER_UNIT[unit]:
+            raise InvalidGeometry(f"states its numbers in {unit}, but units says {units}")
+        mesh = mesh_in_mm(*polygons, unit)
     return merged(checked(mesh))
 
 

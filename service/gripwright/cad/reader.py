@@ -41,13 +41,14 @@ class Assembly:
 class CadReader:
     """Reads the CAD files of one package, all in one child process, which a file that kills it renews.
 
-    `limits.seconds` counts from the first file, for all of them together.
+    `limits.seconds` counts from the first file, for all of them together. After `limits.max_crashes` renewals no more is read.
     """
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
         self._deadline: float | None = None
         self._child: subprocess.Popen[bytes] | None = None
+        self._crashes = 0
 
     def __enter__(self) -> "CadReader":
         return self
@@ -76,20 +77,25 @@ class CadReader:
         return Assembly(name=header["name"], instances=tuple(instances))
 
     def _ask(self, name: str, request: dict[str, Any], data: bytes) -> tuple[dict[str, Any], bytes]:
-        self._deadline = self._deadline or time.monotonic() + self._limits.seconds
+        now = time.monotonic()
+        self._deadline = self._deadline or now + self._limits.seconds
+        if self._crashes >= self._limits.max_crashes:
+            detail = f"{name} is not read: {self._crashes} files before it ended the process that reads them"
+            raise LimitExceeded(detail, faults=(Fault(name, detail),), file=name)
         child = self._child = self._child or _started(self._limits)
         assert child.stdin is not None
         assert child.stdout is not None
-        watchdog = threading.Timer(max(0.0, self._deadline - time.monotonic()), child.kill)
+        watchdog = threading.Timer(max(0.0, self._deadline - now), child.kill)
         watchdog.start()
         try:
             wire.send(child.stdin, request, (data,))  # type: ignore[arg-type]
             header, payload = wire.receive(child.stdout)  # type: ignore[arg-type]
         except (wire.Closed, BrokenPipeError):
-            header, payload = self._obituary(child), b""
+            header, payload = self._obituary(child, len(data)), b""
         finally:
             watchdog.cancel()
         if header["status"] == "failed":
+            self._crashes += 1
             self._end()
         if header["status"] != "read":
             kind = LimitExceeded if header["code"] == LimitExceeded.code else InvalidGeometry
@@ -97,11 +103,15 @@ class CadReader:
             raise kind(detail, faults=(Fault(name, detail),), file=name)
         return header, payload
 
-    def _obituary(self, child: "subprocess.Popen[bytes]") -> dict[str, Any]:
+    def _obituary(self, child: "subprocess.Popen[bytes]", size: int) -> dict[str, Any]:
         code = child.wait()
         assert self._deadline is not None
+        detail = None
         if code == -signal.SIGKILL and time.monotonic() >= self._deadline:
             detail = f"is not read within the {self._limits.seconds:g} s that all files together may take"
+        if code == -signal.SIGPROF:
+            detail = f"is not read within the {self._limits.seconds_for(size):.1f} s of processor time that its size allows"
+        if detail is not None:
             return {"status": "failed", "code": LimitExceeded.code, "detail": detail}
         how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
         memory = self._limits.memory_bytes / 2**20

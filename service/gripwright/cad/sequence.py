@@ -1,11 +1,15 @@
 """The assembly sequence as a whole: names and order. Works on raw JSON, so that it finds its faults beside those of types."""
 
-from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from gripwright.cad.document import MAX_FAULTS
 from gripwright.domain.errors import Fault
+
+_NAMES_MAX = 5000  # of one operation; that there are no more is checked with its types
+_SHOWN = 200  # characters of a name
+_LISTED = 10  # components that one message names
 
 
 def entries(value: Any, key: str) -> list[Any]:
@@ -29,7 +33,7 @@ def duplicate_faults(items: Sequence[Any], key: str) -> list[Fault]:
         if name is None:
             continue
         if name in seen:
-            faults.append(Fault(f"/{key}/{k}/id", f"the id {name!r} is given twice"))
+            faults.append(Fault(f"/{key}/{k}/id", f"the id {name[:_SHOWN]!r} is given twice"))
         seen.add(name)
     return faults
 
@@ -47,16 +51,20 @@ class _Step:
 
 def sequence_faults(operations: Sequence[Any], component_ids: Collection[str]) -> list[Fault]:
     """Faults of names and order, with pointers from the document's root."""
+    known = frozenset(component_ids)
     steps = [_step(k, operation) for k, operation in enumerate(operations)]
     faults = duplicate_faults(operations, "operations")
     for step in steps:
-        faults += _name_faults(step, component_ids)
-    return faults + _order_faults(steps, component_ids)
+        faults += _name_faults(step, known)
+        if len(faults) > MAX_FAULTS:
+            return faults
+    return faults + _order_faults(steps, known)
 
 
 def _step(k: int, operation: Any) -> _Step:
     active, passive = (
-        tuple(name if isinstance(name, str) else "" for name in entries(operation, key)) for key in ("active", "passive")
+        tuple(name if isinstance(name, str) else "" for name in entries(operation, key)[:_NAMES_MAX])
+        for key in ("active", "passive")
     )
     id_ = string_of(operation, "id") or f"number {k + 1}"
     return _Step(f"/operations/{k}", id_, active, passive, string_of(operation, "grasp"))
@@ -64,15 +72,16 @@ def _step(k: int, operation: Any) -> _Step:
 
 def _name_faults(step: _Step, component_ids: Collection[str]) -> list[Fault]:
     faults = []
-    count = Counter(step.active + step.passive)
+    active, seen = set(step.active), set[str]()
     for role, names in (("active", step.active), ("passive", step.passive)):
         for k, name in enumerate(names):
             at = f"{step.pointer}/{role}/{k}"
             if name and name not in component_ids:
-                faults.append(Fault(at, f"unknown component {name!r}"))
-            elif name and count[name] > 1 and (role == "passive" or name in names[:k]):
-                faults.append(Fault(at, f"component {name!r} is named twice in one operation"))
-    if step.grasp is not None and step.grasp not in step.active:
+                faults.append(Fault(at, f"unknown component {name[:_SHOWN]!r}"))
+            elif name and name in seen:
+                faults.append(Fault(at, f"component {name[:_SHOWN]!r} is named twice in one operation"))
+            seen.add(name)
+    if step.grasp is not None and step.grasp not in active:
         faults.append(Fault(f"{step.pointer}/grasp", f"component {step.grasp!r} is not one of the active ones"))
     return faults
 
@@ -82,20 +91,45 @@ def _order_faults(steps: Sequence[_Step], component_ids: Collection[str]) -> lis
     first_mover = {name: step.id for step in reversed(steps) for name in step.active}
     placed = {name: "" for name in component_ids if name not in first_mover}  # → the operation that placed it last
     subassembly = {name: {name} for name in component_ids}
-    faults = []
+    faults: list[Fault] = []
     for step in steps:
+        if len(faults) > MAX_FAULTS:
+            break
+        active = set(step.active)
         for k, name in enumerate(step.passive):
-            if name in first_mover and name not in placed and name not in step.active and name in subassembly:
-                message = f"component {name!r} is not in its place yet: operation {first_mover[name]!r} moves it first"
+            if name in first_mover and name not in placed and name not in active and name in subassembly:
+                message = f"component {name[:_SHOWN]!r} is not in its place yet: operation {first_mover[name]!r} moves it first"
                 faults.append(Fault(f"{step.pointer}/passive/{k}", message))
+        left_behind: dict[int, str] = {}  # of each subassembly, said once a step: it may be large
         for k, name in enumerate(step.active):
-            left_behind = subassembly.get(name, set()) - set(step.active)
-            if name in placed and (left_behind or not step.passive):
-                message = f"component {name!r} is moved twice: operation {placed[name]!r} placed it already"
-                if left_behind:
-                    message += f", joined with {', '.join(map(repr, sorted(left_behind)))}, which would be left behind"
+            if name not in placed:
+                continue
+            whole = subassembly.get(name, set())
+            if id(whole) not in left_behind:
+                left_behind[id(whole)] = _listed(whole - active)
+            joined = left_behind[id(whole)]
+            if joined or not step.passive:
+                message = f"component {name[:_SHOWN]!r} is moved twice: operation {placed[name]!r} placed it already"
+                if joined:
+                    message += f", joined with {joined}, which would be left behind"
                 faults.append(Fault(f"{step.pointer}/active/{k}", message))
-        joined = set().union(*(subassembly.get(name, set()) for name in step.active + step.passive))
-        subassembly.update(dict.fromkeys(joined, joined))
+        _join(subassembly, step.active + step.passive)
         placed.update(dict.fromkeys(step.active, step.id))
     return faults
+
+
+def _listed(names: Collection[str]) -> str:
+    shown = ", ".join(map(repr, sorted(names)[:_LISTED]))
+    return shown if len(names) <= _LISTED else f"{shown} and {len(names) - _LISTED} more"
+
+
+def _join(subassembly: dict[str, set[str]], names: Sequence[str]) -> None:
+    """Make one of the subassemblies of these components, the small ones joined to the largest: long sequences stay cheap."""
+    found = {id(whole): whole for name in names if (whole := subassembly.get(name)) is not None}
+    if len(found) < 2:
+        return
+    largest = max(found.values(), key=len)
+    for whole in found.values():
+        if whole is not largest:
+            largest |= whole
+            subassembly.update(dict.fromkeys(whole, largest))

@@ -19,7 +19,9 @@ from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
-from gripwright.domain.errors import InvalidGeometry
+from gripwright.cad.limits import Limits
+from gripwright.cad.placed import Placements
+from gripwright.domain.errors import InvalidGeometry, LimitExceeded
 from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.geometry.brep import tessellate
 from gripwright.geometry.codec import MM_PER_UNIT
@@ -48,21 +50,31 @@ class StepAssembly:
     meshes: tuple[Mesh, ...]
 
 
-def read_step_mesh(data: bytes, units: str | None) -> Mesh:
+def read_step_mesh(data: bytes, units: str | None, limits: Limits) -> Mesh:
     """All solids of a STEP file in its own frame as one mesh, mm. `units`, where given, must not contradict the file."""
     document = _Document(data)
     if units is not None and document.units and all(MM_PER_UNIT[unit] != MM_PER_UNIT[units] for unit in document.units):
         raise InvalidGeometry(f"states its lengths in {' and '.join(sorted(document.units))}, but units says {units}")
-    return _joined([(X, _tessellated(part)) for _, part, X in document.leaves()])
+    meshes: dict[str, Mesh] = {}
+    placed = []
+    for _, part, X in document.leaves(limits):
+        entry = _entry(part)
+        if entry not in meshes:
+            meshes[entry] = _tessellated(part)
+        placed.append((X, meshes[entry]))
+    triangles = sum(len(mesh.faces) for _, mesh in placed)
+    if triangles > limits.max_triangles:
+        raise LimitExceeded(f"holds {triangles} triangles, at most {limits.max_triangles}")
+    return _joined(placed)
 
 
-def read_step_assembly(data: bytes) -> StepAssembly:
+def read_step_assembly(data: bytes, limits: Limits) -> StepAssembly:
     """The components of a STEP file, mm; a part used several times is tessellated once."""
     document = _Document(data)
     numbers: dict[str, int] = {}
     meshes: list[Mesh] = []
     instances = []
-    for path, part, X in document.leaves():
+    for path, part, X in document.leaves(limits):
         entry = _entry(part)
         if entry not in numbers:
             numbers[entry] = len(meshes)
@@ -92,14 +104,18 @@ class _Document:
             raise InvalidGeometry("holds no shape: it may only refer to other files")
         self.name = _name(self._roots[0])
 
-    def leaves(self) -> Iterator[tuple[tuple[str, ...], Any, FloatArray]]:
+    def leaves(self, limits: Limits) -> Iterator[tuple[tuple[str, ...], Any, FloatArray]]:
         """Instance path, label and pose of each part, in the file's order."""
+        placements = Placements(limits)
         for root in self._roots:
             base = () if len(self._roots) == 1 else (_name(root),)
-            yield from _leaves(root, base, _pose(XCAFDoc_ShapeTool.GetLocation_s(root)))
+            yield from _leaves(root, base, _pose(XCAFDoc_ShapeTool.GetLocation_s(root)), placements)
 
 
-def _leaves(label: Any, path: tuple[str, ...], X: FloatArray) -> Iterator[tuple[tuple[str, ...], Any, FloatArray]]:
+def _leaves(
+    label: Any, path: tuple[str, ...], X: FloatArray, placements: Placements
+) -> Iterator[tuple[tuple[str, ...], Any, FloatArray]]:
+    placements.visit(len(path) + 1)
     if not XCAFDoc_ShapeTool.IsAssembly_s(label):
         yield path, label, X
         return
@@ -109,7 +125,7 @@ def _leaves(label: Any, path: tuple[str, ...], X: FloatArray) -> Iterator[tuple[
         part = TDF_Label()
         XCAFDoc_ShapeTool.GetReferredShape_s(component, part)
         name = _name(component) or _name(part)
-        yield from _leaves(part, (*path, name), X @ _pose(XCAFDoc_ShapeTool.GetLocation_s(component)))
+        yield from _leaves(part, (*path, name), X @ _pose(XCAFDoc_ShapeTool.GetLocation_s(component)), placements)
 
 
 def _labels(sequence: Any) -> Iterator[Any]:

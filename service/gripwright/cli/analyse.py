@@ -7,7 +7,6 @@ from typing import Annotated, Any
 import typer
 
 from gripwright.cad.formats import EXTENSIONS, format_of
-from gripwright.cad.limits import DEFAULT_LIMITS
 from gripwright.cad.reader import CadReader
 from gripwright.cli.options import SET_HELP
 from gripwright.cli.run import runner_of, shown_progress
@@ -59,7 +58,7 @@ def _read(path: Path, units: str | None) -> Mesh:
         data = path.read_bytes()
     except OSError as error:
         raise InvalidInput("the component cannot be read", faults=(Fault(str(path), error.strerror or str(error)),)) from None
-    with CadReader(DEFAULT_LIMITS) as reader:
+    with CadReader(load_settings().package_limits) as reader:
         return reader.mesh(path.name, data, format, units)
 
 

@@ -11,7 +11,6 @@ from typing import Annotated, Any
 
 import typer
 
-from gripwright.cad.limits import DEFAULT_LIMITS
 from gripwright.cad.operations import operations_document
 from gripwright.cad.package import read_package
 from gripwright.cli.options import OWNED_HELP, SET_HELP, owned_setting
@@ -51,7 +50,7 @@ def design(
         show(0.0, "read", str(product))
         if product.exists():
             preload()  # while the package is read
-        task = read_package(product, DEFAULT_LIMITS, operations)
+        task = read_package(product, settings.package_limits, operations)
         proposal: dict[str, bytes] = {}
         if propose_sequence:
             task = _with_proposed_sequence(task, runner_of(settings, options, show, SEQUENCE_STAGES_AT))

@@ -1,54 +1,38 @@
 """Uploads of several packages: parts of their own, or archives that hold them."""
 
-import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path, PurePosixPath
+from functools import partial
 
-from starlette.datastructures import UploadFile
-
-from gripwright.cad.bundle import bundled, is_bundle
+from gripwright.cad.archive import SingleFile
+from gripwright.cad.bundle import is_bundle, open_bundle
 from gripwright.cad.limits import Limits
+from gripwright.cad.package import DOCUMENT
 from gripwright.domain.errors import Fault, GripwrightError, InvalidInput, LimitExceeded
-from gripwright.http.uploads import Upload, package_path
+from gripwright.http.uploads import UploadedFiles
 from gripwright.jobs.product_import import Package
 
 
-@contextmanager
-def stored_packages(upload: Upload, limits: Limits, *, most: int) -> Iterator[list[Package]]:
-    """The packages of an upload, files that are gone afterwards; LimitExceeded where there are more than `most`."""
-    if upload.manifest is not None or not upload.files:
-        fault = Fault("manifest" if upload.manifest is not None else "package", "an import is made of .zip and STEP files alone")
+def packages_of(upload: UploadedFiles, limits: Limits, *, most: int) -> list[Package]:
+    """The packages of an upload, each read when it is its turn; LimitExceeded where there are more than `most`."""
+    if DOCUMENT in upload.names or not upload.names:
+        fault = Fault("manifest" if upload.names else "package", "an import is made of .zip and STEP files alone")
         raise InvalidInput("the upload is no import", faults=(fault,))
-    with tempfile.TemporaryDirectory(prefix="gripwright-import-") as name:
-        packages: list[Package] = []
-        for part in upload.files:
-            for package in _packages(part, Path(name), limits):
-                packages.append(package)
-                if len(packages) > most:
-                    raise LimitExceeded(f"the import holds {len(packages)} packages or more, at most {most}")
-        yield packages
+    packages = [package for name in sorted(upload.names) for package in _packages(name, upload, limits)]
+    if len(packages) > most:
+        raise LimitExceeded(f"the import holds {len(packages)} packages, at most {most}")
+    return packages
 
 
-def _packages(part: UploadFile, folder: Path, limits: Limits) -> Iterator[Package]:
+def _packages(name: str, upload: UploadedFiles, limits: Limits) -> Iterator[Package]:
     """The package that a part is, or those that it holds."""
-    name = PurePosixPath(part.filename or "").name
-    package = _written(name, part.file.read(), folder)
-    if package.refusal is not None or package.path.suffix.lower() != ".zip" or not is_bundle(package.path):
-        yield package
+    data = upload.read(name)
+    if not (name.lower().endswith(".zip") and is_bundle(data)):
+        yield Package(name=name, files=SingleFile(name, lambda: data, limits))
         return
     try:
-        for inner, data in bundled(package.path, name, limits):
-            yield _written(f"{name}/{inner}", data, folder)
+        bundle = open_bundle(data, name, limits)
     except GripwrightError as error:
-        yield Package(name=name, path=package.path, refusal=error)
-
-
-def _written(name: str, data: bytes, folder: Path) -> Package:
-    own = Path(tempfile.mkdtemp(dir=folder))
-    try:
-        path = package_path(own, PurePosixPath(name).name)
-    except InvalidInput as error:
-        return Package(name=name, path=own, refusal=error)
-    path.write_bytes(data)
-    return Package(name=name, path=path)
+        yield Package(name=name, refusal=error)
+        return
+    for inner in sorted(bundle.names):
+        yield Package(name=f"{name}/{inner}", files=SingleFile(inner, partial(bundle.read, inner), limits))

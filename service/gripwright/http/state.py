@@ -4,7 +4,6 @@ import logging
 import threading
 from collections.abc import Callable
 
-from gripwright.cad.limits import Limits
 from gripwright.http.audit_trail import AuditTrail
 from gripwright.http.gate import Gate
 from gripwright.http.idempotency import KeptAnswers
@@ -34,7 +33,7 @@ class State:
         self.answers = KeptAnswers(self.database, hours=settings.idempotency_hours)
         self.limits = RateLimits(settings)
         self.turns = Turns(settings.heavy_requests, wait_s=settings.heavy_wait_s)
-        self.package_limits = Limits()
+        self.package_limits = settings.package_limits
         self.plugins: RegistryDescription | None = None
         self.plugins_problem = ""
         self.metrics = Metrics()

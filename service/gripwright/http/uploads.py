@@ -1,27 +1,24 @@
-"""Multipart uploads of products, written to a folder of their own for the time of the request."""
+"""Multipart uploads of products. Their parts are read from where the request left them; no file takes a name from outside."""
 
-import os
-import shutil
-import tempfile
-from collections.abc import AsyncIterator, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import AsyncIterator
+from pathlib import PurePosixPath
 from typing import Annotated, Any
 
 from fastapi import Depends, Request
 from pydantic_core import PydanticCustomError
+from python_multipart.multipart import parse_options_header
 from starlette.datastructures import FormData, UploadFile
+from starlette.exceptions import HTTPException
+from starlette.formparsers import MultiPartException, MultiPartParser
+from starlette.requests import ClientDisconnect
 
-from gripwright.cad.formats import format_of
+from gripwright.cad.archive import check_size
+from gripwright.cad.limits import Limits
 from gripwright.cad.manifest import check_file_name
 from gripwright.cad.package import DOCUMENT
 from gripwright.domain.errors import Fault, InvalidInput
 from gripwright.http.deps import Service
 from gripwright.http.errors import UnsupportedMediaType
-
-_NAME_BYTES = 255  # as file systems have it
-_PATH_CHARACTERS = 500  # as product.json has it
 
 UPLOAD_SCHEMA: dict[str, Any] = {
     "requestBody": {
@@ -71,125 +68,117 @@ IMPORT_SCHEMA: dict[str, Any] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Upload:
-    """The parts of an upload: file parts, and the manifest where it is a part of its own."""
-
-    files: tuple[UploadFile, ...]
-    manifest: str | UploadFile | None
+_FIELDS = 2  # the manifest, and one too many to be told about
+_SHOWN = 200  # characters of a name
+_NAME_MAX = 500
+_CHARSETS = ("utf-8", "utf8", "us-ascii")
 
 
-async def upload_parts(request: Request, service: Service) -> AsyncIterator[Upload]:
-    """The parts as they arrived, large ones on disk; closed when the request is over."""
-    if not request.headers.get("content-type", "").lower().startswith("multipart/form-data"):
-        raise UnsupportedMediaType("an upload is multipart/form-data")
-    settings = service.settings
-    form = await request.form(
-        max_files=settings.upload_max_files, max_fields=settings.upload_max_files, max_part_size=settings.body_max_bytes
-    )
+class UploadedFiles:
+    """The parts of an upload as the files of a package, by their names; the manifest is product.json."""
+
+    def __init__(self, parts: dict[str, UploadFile | bytes], limits: Limits) -> None:
+        self._parts, self._limits, self._total = parts, limits, 0
+        self.names = frozenset(parts)
+
+    @property
+    def label(self) -> str:
+        """What to call the upload: the name of the file that it is, or of its document."""
+        return DOCUMENT if DOCUMENT in self._parts else next(iter(self._parts), "the upload")
+
+    def read(self, name: str) -> bytes:
+        """The content of a file."""
+        part = self._parts[name]
+        size = len(part) if isinstance(part, bytes) else part.size or 0
+        self._total += size
+        check_size(name, size, self._total, self._limits)
+        return part if isinstance(part, bytes) else part.file.read()
+
+
+class _Parser(MultiPartParser):
+    """Knows whether the body came to its end: the framework takes what has come for all."""
+
+    ended = False
+
+    def on_end(self) -> None:
+        """The closing boundary."""
+        self.ended = True
+
+
+async def uploaded_files(request: Request, service: Service) -> AsyncIterator[UploadedFiles]:
+    """The parts as they arrived, large ones on disk; gone when the answer is made."""
+    form = await _form(request, service)
     try:
-        yield _parts(form)
+        yield _files(form, service.package_limits)
     finally:
         await form.close()
 
 
-UploadParts = Annotated[Upload, Depends(upload_parts)]
+UploadFiles = Annotated[UploadedFiles, Depends(uploaded_files, scope="function")]
 
 
-def _parts(form: FormData) -> Upload:
-    files: list[UploadFile] = []
-    manifest: str | UploadFile | None = None
-    for name, part in form.multi_items():
-        if name == "manifest":
-            if manifest is not None:
-                raise InvalidInput("the upload has two manifests", faults=(Fault("manifest", "given twice"),))
-            manifest = part
+async def _form(request: Request, service: Service) -> FormData:
+    """The parts of the body. One that is no multipart, or not all of it, is refused."""
+    media_type, options = parse_options_header(request.headers.get("content-type", ""))
+    if media_type != b"multipart/form-data":
+        raise UnsupportedMediaType(f"an upload is multipart/form-data, not {media_type.decode('latin-1')[:100]!r}")
+    charset = options.get(b"charset", b"utf-8").decode("latin-1")
+    if charset.lower() not in _CHARSETS:  # Python knows codecs that make half characters, or programs, of bytes
+        raise UnsupportedMediaType(f"an upload is in UTF-8, not {charset[:100]!r}")
+    settings = service.settings
+    parser = _Parser(
+        request.headers,
+        request.stream(),
+        max_files=settings.upload_max_files,
+        max_fields=_FIELDS,
+        max_part_size=settings.body_max_bytes,
+    )
+    try:
+        form = await parser.parse()
+    except MultiPartException as error:
+        raise HTTPException(400, f"the body is no multipart/form-data that is read: {error.message}") from None
+    except ClientDisconnect:
+        raise HTTPException(400, "the connection ended before the body did") from None
+    if not parser.ended:
+        await form.close()
+        raise HTTPException(400, "the body ends early: its closing boundary is missing")
+    return form
+
+
+def _files(form: FormData, limits: Limits) -> UploadedFiles:
+    parts: dict[str, UploadFile | bytes] = {}
+    faults = []
+    items = form.multi_items()
+    described = any(name == "manifest" for name, _ in items)
+    for field, part in items:
+        if field == "manifest":
+            name = DOCUMENT
         elif isinstance(part, UploadFile):
-            files.append(part)
+            name = part.filename or ""
+            message = "the manifest is the part of that name" if name == DOCUMENT else _name_fault(name, described)
+            if message is not None:
+                faults.append(Fault(name[:_SHOWN] or field, message))
+                continue
         else:
-            raise InvalidInput("the upload has a field that is no file", faults=(Fault(name, "not a file part"),))
-    return Upload(files=tuple(files), manifest=manifest)
-
-
-@contextmanager
-def stored_upload(upload: Upload) -> Iterator[Path]:
-    """The upload as a path that `read_product` takes, gone afterwards: an archive, a STEP file, or a folder."""
-    with tempfile.TemporaryDirectory(prefix="gripwright-upload-") as name:
-        folder = Path(name)
-        if upload.manifest is None:
-            yield _write_single(folder, upload.files)
-        else:
-            yield _write_folder(folder, upload.manifest, upload.files)
-
-
-def _write_single(folder: Path, files: tuple[UploadFile, ...]) -> Path:
-    """An archive or a STEP assembly that stands alone."""
-    if len(files) != 1:
-        raise InvalidInput(
-            "the upload is no product",
-            faults=(Fault("manifest", f"{len(files)} files and no manifest part; a .zip or a STEP assembly may stand alone"),),
-        )
-    target = package_path(folder, Path(files[0].filename or "").name)
-    _write(target, files[0])
-    return target
-
-
-def package_path(folder: Path, name: str) -> Path:
-    """Where a package of that name is written; InvalidInput where it is neither an archive nor a STEP assembly."""
-    if format_of(name) == "step":
-        return folder / _file_name(name)
-    if name.lower().endswith(".zip"):
-        return folder / "package.zip"
-    fault = Fault(name or "package", "neither a .zip nor a STEP assembly (.step, .stp)")
-    raise InvalidInput("the upload is no product", faults=(fault,))
-
-
-def _write_folder(folder: Path, manifest: str | UploadFile, files: tuple[UploadFile, ...]) -> Path:
-    """A package of parts: the manifest as product.json, and each CAD file under its own name."""
-    if isinstance(manifest, str):
-        (folder / DOCUMENT).write_bytes(manifest.encode())
-    else:
-        _write(folder / DOCUMENT, manifest)
-    faults: list[Fault] = []
-    for part in files:
-        name = part.filename or ""
-        try:
-            target = folder / _file_name(name)
-        except InvalidInput as error:
-            faults += error.faults
+            faults.append(Fault(field[:_SHOWN], "not a file part"))
             continue
-        if target.exists() or not _make_folder(target.parent):
-            faults.append(Fault(name, "given twice, or beside a file of the name of its folder"))
-            continue
-        _write(target, part)
+        if name in parts:
+            faults.append(Fault("manifest" if field == "manifest" else name, "given twice"))
+        parts[name] = part if isinstance(part, UploadFile) else part.encode()
+    folders = {str(folder) for name in parts for folder in PurePosixPath(name).parents}
+    faults += [Fault(name, "both a file and a folder") for name in parts if name in folders]
     if faults:
-        raise InvalidInput("the upload has files that cannot be used", faults=tuple(faults))
-    return folder
+        raise InvalidInput("the upload has parts that cannot be used", faults=tuple(faults))
+    return UploadedFiles(parts, limits)
 
 
-def _file_name(name: str) -> str:
-    """A name that a file can have; InvalidInput otherwise."""
-    try:
-        checked = check_file_name(name)
-    except PydanticCustomError as error:
-        raise InvalidInput("the upload is no product", faults=(Fault(name or "files", error.message()),)) from None
-    longest = max(len(os.fsencode(part)) for part in checked.split("/"))
-    if longest > _NAME_BYTES or len(checked) > _PATH_CHARACTERS:
-        sizes = f"a name of {longest} bytes in a path of {len(checked)} characters"
-        message = f"{sizes}, at most {_NAME_BYTES} and {_PATH_CHARACTERS}"
-        raise InvalidInput("the upload is no product", faults=(Fault(name, message),))
-    return checked
-
-
-def _make_folder(folder: Path) -> bool:
-    """Whether there is such a folder now; a file of that name may be in the way."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except (FileExistsError, NotADirectoryError):
-        return False
-    return True
-
-
-def _write(target: Path, part: UploadFile) -> None:
-    with target.open("wb") as file:
-        shutil.copyfileobj(part.file, file)
+def _name_fault(name: str, described: bool) -> str | None:
+    """What is wrong with the name of a file; beside a manifest it is one of its CAD files, else it stands alone."""
+    if len(name) > _NAME_MAX or not name.isprintable():
+        return f"a name of {len(name)} characters; at most {_NAME_MAX}, all of them printable, are allowed"
+    if described:
+        try:
+            check_file_name(name)
+        except PydanticCustomError as error:
+            return error.message()
+    return None

@@ -4,15 +4,15 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from datetime import datetime
-from pathlib import Path
 from typing import Literal
 
 from sqlalchemy.exc import IntegrityError
 
+from gripwright.cad.archive import PackageFiles
 from gripwright.cad.limits import Limits
-from gripwright.cad.package import Product
+from gripwright.cad.package import Product, read_upload
 from gripwright.domain.errors import Conflict, Fault, GripwrightError, LimitExceeded
-from gripwright.jobs.products import check_product, read_upload, register_product
+from gripwright.jobs.products import check_product, register_product
 from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.engines import Database
 
@@ -37,7 +37,7 @@ class Package:
     """A file to import, or why it is none."""
 
     name: str
-    path: Path
+    files: PackageFiles | None = None
     refusal: GripwrightError | None = None
 
 
@@ -82,10 +82,11 @@ class ProductImport:
     def _read(self, package: Package) -> Product:
         if package.refusal is not None:
             raise package.refusal
+        assert package.files is not None
         left_s = self._ends_s - time.monotonic()
         if left_s <= 0:
             raise LimitExceeded(f"the packages before this one took {self._limits.seconds:.0f} s, at most that for all of them")
-        return read_upload(package.path, replace(self._limits, seconds=left_s))
+        return read_upload(package.files, replace(self._limits, seconds=left_s))
 
     def _store(self, product: Product) -> tuple[Outcome, str | None]:
         with self._database.write_sessions.begin() as session:

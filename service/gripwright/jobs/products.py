@@ -3,16 +3,14 @@
 import hashlib
 from collections.abc import Mapping
 from datetime import datetime
-from pathlib import Path
 from typing import Any
 
 from sqlalchemy.orm import Session
 
 from gripwright.cad.colour import component_glb
-from gripwright.cad.limits import Limits
 from gripwright.cad.manifest import ProductManifest, manifest_of
 from gripwright.cad.operations import validate_operations
-from gripwright.cad.package import Product, assembly_task, read_product
+from gripwright.cad.package import Product, assembly_task
 from gripwright.design.records import dumps, loads, record_types
 from gripwright.domain.assembly import AssemblyTask, Component, GraspRegion, Obstacle, Operation
 from gripwright.domain.errors import Conflict, Fault, InvalidInput
@@ -28,11 +26,6 @@ CHANGEABLE = ("no_grasp", "may_grasp", "density", "friction", "external_ids")  #
 CHANGEABLE_OF_PRODUCT = ("name", "external_ids")
 
 
-def read_upload(path: Path, limits: Limits) -> Product:
-    """The product of an uploaded folder, archive or STEP file. Nothing is stored; the parsers run in a child process."""
-    return read_product(path, limits)
-
-
 def register_product(session: Session, artifacts: ArtifactStore, product: Product, now: datetime) -> tuple[ProductRow, bool]:
     """Store a product; whether it is new comes second. Conflict where its part number and revision have other content.
 
@@ -43,7 +36,7 @@ def register_product(session: Session, artifacts: ArtifactStore, product: Produc
     existing = _same_product(session, manifest, hashlib.sha256(content).hexdigest())
     if existing is not None:
         return existing, False
-    sha256 = artifacts.put(content)
+    sha256 = artifacts.put(content)  # now that it is needed: what is refused leaves no file
     row = ProductRow(
         id=new_id(now),
         part_number=manifest.part_number,

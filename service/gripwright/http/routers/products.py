@@ -5,7 +5,8 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Query, Request, Response, status
 from fastapi.responses import JSONResponse
 
-from gripwright.http.bundles import stored_packages
+from gripwright.cad.package import read_upload
+from gripwright.http.bundles import packages_of
 from gripwright.http.deps import Artifacts, HeavyTurn, Now, ReadSession, Service, WriteSession
 from gripwright.http.idempotency import ActingRoute
 from gripwright.http.merge_patch import MergePatch, patch_schema
@@ -15,9 +16,9 @@ from gripwright.http.reading import NOT_MODIFIED, Sparse
 from gripwright.http.schemas.problem import problems
 from gripwright.http.schemas.product_import import ImportedProductView, ProductImportView
 from gripwright.http.schemas.products import OperationsBody, ProductPage, ProductPatch, ProductSummary, ProductView
-from gripwright.http.uploads import IMPORT_SCHEMA, UPLOAD_SCHEMA, UploadParts, stored_upload
+from gripwright.http.uploads import IMPORT_SCHEMA, UPLOAD_SCHEMA, UploadFiles
 from gripwright.jobs.product_import import ProductImport
-from gripwright.jobs.products import change_product, check_product, read_upload, register_product, replace_operations
+from gripwright.jobs.products import change_product, check_product, register_product, replace_operations
 from gripwright.jobs.requests import delete_product
 from gripwright.store.columns import utc_now
 from gripwright.store.products import ProductRepository
@@ -35,12 +36,12 @@ DryRun = Annotated[bool, Query(description="say what would be done, and do nothi
     response_model=ProductView,
     responses={
         200: {"model": ProductView | ImportedProductView, "description": "It exists with the same content; or a dry run"},
-        **problems(409, 413, 415, 422, 503),
+        **problems(400, 409, 413, 415, 422, 503),
     },
     openapi_extra=UPLOAD_SCHEMA,
 )
 def create_product(
-    upload: UploadParts,
+    upload: UploadFiles,
     turn: HeavyTurn,
     service: Service,
     session: WriteSession,
@@ -49,11 +50,10 @@ def create_product(
     dry_run: DryRun = False,
 ) -> object:
     """Upload a product: a package (.zip), CAD files with a `manifest` part, or one STEP assembly alone."""
-    with stored_upload(upload) as path:
-        product = read_upload(path, service.package_limits)
-        if dry_run:
-            existing, _ = check_product(session, product)
-            return JSONResponse(ImportedProductView.checked(path.name, product, existing).model_dump())
+    product = read_upload(upload, service.package_limits)
+    if dry_run:
+        existing, _ = check_product(session, product)
+        return JSONResponse(ImportedProductView.checked(upload.label, product, existing).model_dump())
     row, is_new = register_product(session, artifacts, product, utc_now())  # reading took its time
     if not is_new:
         response.status_code = status.HTTP_200_OK
@@ -62,14 +62,13 @@ def create_product(
     return ProductView.of(row)
 
 
-@router.post("/import", operation_id="import_products", responses=problems(413, 415, 422, 503), openapi_extra=IMPORT_SCHEMA)
+@router.post("/import", operation_id="import_products", responses=problems(400, 413, 415, 422, 503), openapi_extra=IMPORT_SCHEMA)
 def import_products(
-    upload: UploadParts, turn: HeavyTurn, service: Service, artifacts: Artifacts, dry_run: DryRun = False
+    upload: UploadFiles, turn: HeavyTurn, service: Service, artifacts: Artifacts, dry_run: DryRun = False
 ) -> ProductImportView:
     """Upload several packages, as parts or in a .zip of packages. Each is stored or refused by itself: `outcome` says which."""
     products = ProductImport(service.database, artifacts, service.package_limits, clock=utc_now, dry_run=dry_run)
-    with stored_packages(upload, service.package_limits, most=service.settings.import_max_packages) as packages:
-        done = products.run(packages)
+    done = products.run(packages_of(upload, service.package_limits, most=service.settings.import_max_packages))
     return ProductImportView(dry_run=dry_run, items=[ImportedProductView.of(product) for product in done])
 
 
