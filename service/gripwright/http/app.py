@@ -9,6 +9,7 @@ from starlette.middleware.errors import ServerErrorMiddleware
 import gripwright
 from gripwright.http.access import Access, Cors
 from gripwright.http.body_limit import BodyLimit
+from gripwright.http.encodings import Encodings
 from gripwright.http.errors import defect_problem, register_error_handlers
 from gripwright.http.host_check import HostCheck
 from gripwright.http.idempotency import REPLAYED, Idempotent
@@ -95,6 +96,7 @@ def _add_middleware(app: FastAPI, service: State) -> None:
         upload_max_bytes=settings.upload_max_bytes,
         body_max_bytes=settings.body_max_bytes,
     )
+    app.add_middleware(Encodings)
     app.add_middleware(Access, gate=service.gate, audit=service.audit, limits=service.limits, origins=settings.cors_origins)
     if settings.cors_origins:
         app.add_middleware(

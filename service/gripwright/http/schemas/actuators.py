@@ -18,7 +18,7 @@ from gripwright.store.models import ActuatorRow
 class ActuatorFigures(BaseModel):
     """The maker's figures of an actuator; null where they are not known."""
 
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, strict=True)
 
     gripper_type: str = Field(min_length=1, max_length=50, examples=["parallel-2", "centric-3"])
     stroke: float = Field(
