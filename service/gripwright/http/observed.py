@@ -9,6 +9,8 @@ from types import MappingProxyType
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from gripwright.http.trace_context import TraceParent, parse_traceparent
+
 SECURITY_HEADERS: Mapping[str, str] = MappingProxyType(
     {
         "X-Content-Type-Options": "nosniff",
@@ -36,9 +38,9 @@ class Observed:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        given = Headers(scope=scope).get(REQUEST_ID, "")
-        request_id = given if _ID_OF_CALLER.fullmatch(given) else secrets.token_hex(16)
-        scope.setdefault("state", {})["request_id"] = request_id
+        state = scope.setdefault("state", {})
+        state["traceparent"] = parse_traceparent(Headers(scope=scope).get("traceparent", ""))
+        request_id = state["request_id"] = _request_id(Headers(scope=scope).get(REQUEST_ID, ""), state["traceparent"])
 
         async def observed(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -46,9 +48,18 @@ class Observed:
                 for name, value in SECURITY_HEADERS.items():
                     headers.setdefault(name, value)
                 headers[REQUEST_ID] = request_id
+                if "deprecation" in state:
+                    state["deprecation"].tell(headers)
                 route = getattr(scope.get("route"), "path", "")
                 method = scope["method"] if scope["method"] in _METHODS else "other"
                 self._requests[method, route, message["status"]] += 1
             await send(message)
 
         await self._app(scope, receive, observed)
+
+
+def _request_id(given: str, trace: TraceParent | None) -> str:
+    """The caller's own id, else that of the caller's trace, else a new one of the same form."""
+    if _ID_OF_CALLER.fullmatch(given):
+        return given
+    return secrets.token_hex(16) if trace is None else trace.trace_id

@@ -8,7 +8,7 @@ from gripwright.http.deps import Artifacts, Now, ReadSession, WriteSession
 from gripwright.http.downloads import file_response
 from gripwright.http.preconditions import IfMatch, IfNoneMatch, check_match, is_known, version_tag
 from gripwright.http.schemas.problem import problems
-from gripwright.http.schemas.products import ComponentPatch, ComponentView
+from gripwright.http.schemas.products import ComponentView
 from gripwright.jobs.products import change_component, component_mesh
 from gripwright.store.media_types import media_type_of
 from gripwright.store.products import ProductRepository
@@ -19,7 +19,7 @@ _PATCH_SCHEMA: dict[str, Any] = {
     "requestBody": {
         "required": True,
         "content": {
-            media_type: {"schema": ComponentPatch.model_json_schema(ref_template="#/components/schemas/{model}")}
+            media_type: {"schema": {"$ref": "#/components/schemas/ComponentPatch"}}
             for media_type in ("application/merge-patch+json", "application/json")
         },
     }
