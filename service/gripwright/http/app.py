@@ -10,6 +10,7 @@ import gripwright
 from gripwright.http.access import Access, Cors
 from gripwright.http.addresses import Addresses
 from gripwright.http.body_limit import BodyLimit
+from gripwright.http.encodings import Encodings
 from gripwright.http.errors import defect_problem, register_error_handlers
 from gripwright.http.head import Head
 from gripwright.http.host_check import HostCheck
@@ -136,6 +137,7 @@ def _add_middleware(app: FastAPI, service: State) -> None:
         body_max_bytes=settings.body_max_bytes,
     )
     app.add_middleware(Addresses)
+    app.add_middleware(Encodings)
     app.add_middleware(Access, gate=service.gate, audit=service.audit, limits=service.limits, origins=settings.cors_origins)
     if settings.cors_origins:
         app.add_middleware(

@@ -9,9 +9,8 @@ from gripwright.http.errors import MERGE_PATCH_TYPES, UnsupportedMediaType
 
 
 def patch_schema(model: type[BaseModel]) -> dict[str, Any]:
-    """The request body of a patch, for the documentation."""
-    schema = model.model_json_schema(ref_template="#/components/schemas/{model}")
-    schema.pop("$defs", None)  # the same models are in the document by the views
+    """The request body of a patch, for the documentation, which has the model among its own."""
+    schema = {"$ref": f"#/components/schemas/{model.__name__}"}
     return {"requestBody": {"required": True, "content": {name: {"schema": schema} for name in MERGE_PATCH_TYPES}}}
 
 

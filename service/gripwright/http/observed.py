@@ -2,7 +2,6 @@
 
 import logging
 import re
-import secrets
 import time
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -48,9 +47,8 @@ class Observed:
             await self._app(scope, receive, send)
             return
         headers, started_s, start_ns = Headers(scope=scope), time.monotonic(), time.time_ns()
-        given = headers.get(REQUEST_ID, "")
-        request_id = given if _ID_OF_CALLER.fullmatch(given) else secrets.token_hex(16)
-        trace = place_below(headers.get("traceparent", ""))
+        trace, given = place_below(headers.get("traceparent", "")), headers.get(REQUEST_ID, "")
+        request_id = given if _ID_OF_CALLER.fullmatch(given) else trace.trace_id
         scope.setdefault("state", {}).update(request_id=request_id, trace=trace)
         status = 500  # where no answer begins: the connection is closed on the caller
 
@@ -62,6 +60,8 @@ class Observed:
                 for name, value in SECURITY_HEADERS.items():
                     answered.setdefault(name, value)
                 answered[REQUEST_ID] = request_id
+                if "deprecation" in scope["state"]:
+                    scope["state"]["deprecation"].tell(answered)
             await send(message)
 
         with bound_contextvars(request_id=request_id, trace_id=trace.trace_id):

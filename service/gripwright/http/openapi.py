@@ -9,6 +9,7 @@ from gripwright.http.examples import PROBLEM, REQUESTS, RESPONSES
 from gripwright.http.gate import required_scope
 from gripwright.http.idempotency import HEADER, KEY_LENGTH, KEY_PATTERN, REPLAYED
 from gripwright.http.schemas.problem import Problem, problems
+from gripwright.http.schemas.products import ComponentPatch, ProductPatch
 
 _REF = "#/components/schemas/{model}"
 _BEARER = {
@@ -64,9 +65,11 @@ def _document(app: FastAPI) -> dict[str, Any]:
     schemas: dict[str, Any] = document["components"]["schemas"]
     for name in _REPLACED:
         schemas.pop(name, None)
-    schema = Problem.model_json_schema(ref_template=_REF)
-    schemas.update(schema.pop("$defs"))
-    schemas["Problem"] = {**schema, "examples": [PROBLEM]}
+    for model in (Problem, ComponentPatch, ProductPatch):
+        schema = model.model_json_schema(ref_template=_REF)
+        schemas.update(schema.pop("$defs", {}))
+        schemas[model.__name__] = schema
+    schemas["Problem"]["examples"] = [PROBLEM]
     document["components"]["securitySchemes"] = {"bearer": _BEARER}
     for path, operations in document["paths"].items():
         for method, operation in operations.items():

@@ -20,7 +20,7 @@ _Text = Annotated[str, Field(pattern=r"^[^\x00]*$")]  # PostgreSQL stores no NUL
 class ActuatorFigures(BaseModel):
     """The maker's figures of an actuator; null where they are not known."""
 
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, strict=True)
 
     gripper_type: _Text = Field(min_length=1, max_length=50, examples=["parallel-2", "centric-3"])
     stroke: float = Field(

@@ -137,8 +137,8 @@ class ComponentPatch(BaseModel):
 
     no_grasp: list[RegionEntry] | None = None
     may_grasp: list[RegionEntry] | None = None
-    density: float | None = Field(default=None, gt=0, description="kg/m³")
-    friction: float | None = Field(default=None, gt=0)
+    density: float | None = Field(default=None, gt=0, le=25_000, description="kg/m³")
+    friction: float | None = Field(default=None, gt=0, le=5)
     external_ids: dict[str, str | None] | None = Field(default=None, description="merged: null takes the id of a system away")
 
 
