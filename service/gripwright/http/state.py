@@ -10,7 +10,7 @@ from gripwright.http.gate import Gate
 from gripwright.registry.description import RegistryDescription, RegistryUnreadable, describe_in_child
 from gripwright.settings import Settings
 from gripwright.store.engines import Database
-from gripwright.store.storage import open_artifacts
+from gripwright.store.storage import open_limited_artifacts
 
 _log = logging.getLogger(__name__)
 
@@ -21,7 +21,7 @@ class State:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.database = Database(settings.resolved_database_url)
-        self.artifacts = open_artifacts(settings.resolved_storage_url)
+        self.artifacts = open_limited_artifacts(settings)
         self.gate = Gate(settings, self.database)
         self.audit = AuditTrail(self.database, days=settings.audit_days, with_reads=settings.audit_reads)
         self.package_limits = Limits()

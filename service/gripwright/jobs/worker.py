@@ -14,6 +14,7 @@ from gripwright.jobs.dbos_engine import DbosEngine
 from gripwright.jobs.deliveries import DeliveryLoop
 from gripwright.jobs.engine import DesignJobs, JobEngine, StepFailure, problem_of
 from gripwright.jobs.hosts import Lease, Watch, join_workers
+from gripwright.jobs.housekeeping import Housekeeping
 from gripwright.jobs.steps import Workshop
 from gripwright.jobs.supervisor import LIFELINE
 from gripwright.jobs.workflow import DesignOffice
@@ -51,8 +52,10 @@ def work(office: DesignOffice, settings: Settings) -> None:
     _on_end(stop.set)
     lease, watch = join_workers(settings)
     engine = DbosEngine(office, database_url=jobs_database_url(settings), executor=lease.id)
+    housekeeping = Housekeeping(settings, lease.id)
     lease.start()
     engine.start()
+    housekeeping.start()
     log.info("worker %s is ready", lease.id)
     next_sweep_s = time.monotonic()
     while not stop.wait(_DISPATCH_S):
@@ -60,6 +63,7 @@ def work(office: DesignOffice, settings: Settings) -> None:
         if time.monotonic() >= next_sweep_s:
             sweep(office.jobs, engine, lease, watch)
             next_sweep_s = time.monotonic() + _SWEEP_S
+    housekeeping.stop()
     engine.stop()
     lease.stop()
 
