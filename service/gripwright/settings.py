@@ -69,6 +69,10 @@ class Settings(BaseSettings):
     storage_url: Annotated[str, AfterValidator(_storage)] | None = Field(
         default=None, description="of artifacts and step results: file:///folder or s3://bucket/prefix; none: `data_dir`"
     )
+    disk_quota_bytes: int | None = Field(default=None, ge=1, description="of artifacts and step results together; none: no limit")
+    disk_free_min_bytes: int = Field(default=256 * 2**20, ge=0, description="that stay free on the disk of a storage folder")
+    steps_max_bytes: int | None = Field(default=None, ge=0, description="of stored step results; none: no limit")
+    steps_max_days: float = Field(default=90.0, gt=0, description="for which a step result that nobody uses is kept")
     host: str = "127.0.0.1"
     port: int = Field(default=8000, ge=0, le=65535)
     workers: int = Field(default=os.cpu_count() or 1, ge=0, le=64, description="worker processes embedded in `serve`")
@@ -135,7 +139,6 @@ class Settings(BaseSettings):
 
     log_format: Literal["json", "console"] | None = Field(default=None, description="of the log; none: console on a terminal")
     log_level: Literal["DEBUG", "INFO", "WARNING", "ERROR"] = Field(default="INFO", description="of the log")
-    free_mb_min: int = Field(default=200, ge=0, description="free space for files, below which the service is not ready")
     shutdown_s: float = Field(
         default=20.0, ge=0, le=600, description="time for requests in flight when the service is told to end"
     )
@@ -184,10 +187,15 @@ class Settings(BaseSettings):
         """The SQLAlchemy URL to connect to; a PostgreSQL URL gets the psycopg driver."""
         if self.database_url is None:
             return f"sqlite:///{self.data_dir / 'gripwright.db'}"
-        for prefix in ("postgresql://", "postgres://"):
-            if self.database_url.startswith(prefix):
-                return "postgresql+psycopg://" + self.database_url.removeprefix(prefix)
-        return self.database_url
+        return with_driver(self.database_url)
+
+
+def with_driver(url: str) -> str:
+    """A database's URL with the driver that we use for PostgreSQL."""
+    for prefix in ("postgresql://", "postgres://"):
+        if url.startswith(prefix):
+            return "postgresql+psycopg://" + url.removeprefix(prefix)
+    return url
 
 
 def load_settings() -> Settings:

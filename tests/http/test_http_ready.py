@@ -8,15 +8,17 @@ from sqlalchemy import text
 from gripwright.http.app import create_app
 from gripwright.jobs.supervisor import Supervisor
 from gripwright.settings import Settings
+from gripwright.store.storage import open_limited_artifacts
 
 
 @pytest.fixture
 def service(tmp_path):
     """A service of its own, that tests may break; its `get` asks it."""
     app = create_app(Settings(data_dir=tmp_path / "data", plugins_allow=()))
-    with TestClient(app, raise_server_exceptions=False) as client:
+    with TestClient(app, base_url="http://localhost", raise_server_exceptions=False) as client:
         app.state.service.wait_for_plugins(60)
         app.state.service.get = client.get
+        app.state.service.ready_s = 0.0
         yield app.state.service
 
 
@@ -38,7 +40,7 @@ def put_a_file_in_the_way(service):
 
 
 def fill_the_disk(service):
-    service.settings = service.settings.model_copy(update={"free_mb_min": 2**40})
+    service.artifacts = open_limited_artifacts(service.settings.model_copy(update={"disk_free_min_bytes": 2**60}))
 
 
 def lose_the_workers(service):

@@ -37,15 +37,18 @@ def test_the_service_says_where_it_listens_and_ends_cleanly_with_all_its_process
         time.sleep(0.1)
 
 
-def test_a_database_of_ones_own_is_not_migrated_behind_ones_back(environment, tmp_path):
+@pytest.mark.parametrize("command", [COMMAND, [sys.executable, "-m", "gripwright.cli", "worker"]], ids=["serve", "worker"])
+def test_a_database_of_ones_own_is_not_migrated_behind_ones_back(command, environment, tmp_path):
     environment["GRIPWRIGHT_DATABASE_URL"] = f"sqlite:///{tmp_path / 'own.db'}"
 
-    refused = subprocess.run(COMMAND, env=environment, capture_output=True, text=True, timeout=60, check=False)
+    refused = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
     migrate = [sys.executable, "-m", "gripwright.cli", "migrate"]
     migrated = subprocess.run(migrate, env=environment, capture_output=True, text=True, timeout=60, check=False)
 
     assert refused.returncode == 1
-    assert refused.stderr.strip().splitlines()[-1].endswith("run `gripwright migrate`")
+    said = refused.stderr.strip()
+    assert said.startswith("the database is at migration none, this version needs ")
+    assert said.endswith("run `gripwright migrate`")
     assert "Traceback" not in refused.stderr
     assert migrated.returncode == 0, migrated.stderr
 

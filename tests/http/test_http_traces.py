@@ -20,7 +20,7 @@ def test_a_design_belongs_to_the_trace_of_its_caller_below_its_request(tmp_path,
     with collecting() as collector:
         monkeypatch.setenv("OTEL_EXPORTER_OTLP_TRACES_ENDPOINT", f"{collector.url}/v1/traces")
         app = create_app(Settings(data_dir=tmp_path))
-        with TestClient(app) as client:
+        with TestClient(app, base_url="http://localhost") as client:
             service = app.state.service
             product_id = store_product(service.database, service.artifacts)
             path = f"/api/v1/products/{product_id}/designs"

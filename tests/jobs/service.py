@@ -48,8 +48,10 @@ class Service:
             DesignRepository(session).add(design, utc_now())
         return design.id
 
-    def start_worker(self):
-        worker = subprocess.Popen([sys.executable, "-c", "import fake_worker; fake_worker.main()"], env=self._environment)
+    def start_worker(self, *prefix):
+        """A worker process; `prefix` is a command that runs it elsewhere."""
+        command = [*prefix, sys.executable, "-c", "import fake_worker; fake_worker.main()"]
+        worker = subprocess.Popen(command, env=self._environment)
         self.workers.append(worker)
         return worker
 

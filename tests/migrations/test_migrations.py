@@ -7,18 +7,19 @@ import pytest
 from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
-from sqlalchemy import inspect, text
+from sqlalchemy import MetaData, inspect, text
 
 from gripwright.domain.errors import Conflict
 from gripwright.http.errors import RequestInFlight
 from gripwright.http.idempotency import KeptAnswers
-from gripwright.settings import Settings
+from gripwright.settings import Settings, with_driver
 from gripwright.store.columns import utc_now
 from gripwright.store.engines import Database
 from gripwright.store.idempotency import KeptAnswer, KeyClaim
 from gripwright.store.migrate import alembic_config, migrate, prepare, require_current
 from gripwright.store.models import Base
 from gripwright.store.seed import seed_actuators
+from populated import contents, populate
 
 
 @pytest.fixture
@@ -78,34 +79,39 @@ def test_the_way_back_leaves_nothing(database):
     assert inspect(database.read_engine).get_table_names() == ["alembic_version"]
 
 
-def test_a_populated_database_of_the_first_version_keeps_its_rows(database):
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_a_populated_database_of_the_first_version_keeps_its_rows(kind, database, request):
+    if kind == "postgresql":
+        database = Database(with_driver(request.getfixturevalue("postgresql")))
     with database.write_engine.connect() as connection, connection.begin():
         command.upgrade(alembic_config(connection), "0001")
-        connection.execute(
-            text(
-                "INSERT INTO webhook (id, url, events, secret, created_at) "
-                "VALUES ('w1', 'https://plm.example', '[]', 'whsec_x', '2026-01-01 00:00:00')"
-            )
-        )
-        for statement in (
-            "INSERT INTO product (id, part_number, revision, name, content_sha256, task_sha256, manifest, warnings, version, "
-            "created_at, updated_at) VALUES ('p1', 'P', 'A', '', '', '', '{}', '[]', 1, '2026-01-01', '2026-01-01')",
-            "INSERT INTO design (id, product_id, product_version, task_sha256, actuators_sha256, options, created_at) "
-            "VALUES ('d1', 'p1', 1, '', '', '{}', '2026-01-01')",
-            "INSERT INTO job (id, status, fraction, stage, message, attempt, dispatched, cancel_requested, created_at, "
-            "finished_at) VALUES ('d1', 'succeeded', 1, '', '', 1, 1, 0, '2026-01-01 00:00:00', '2026-01-02 00:00:00')",
-        ):
-            connection.execute(text(statement))
-    assert "api_key" not in inspect(database.read_engine).get_table_names()
+    first = MetaData()
+    first.reflect(database.read_engine)
+    assert "api_key" not in first.tables
+    with database.write_engine.begin() as connection:
+        populate(connection, first)
+        first.remove(first.tables["idempotency"])  # what is forgotten on the way, and may be
+        before = contents(connection, first)
 
     migrate(database)
 
+    assert len(before) == 9
+    assert all(len(rows) == 3 for rows in before.values())
     with database.read_engine.connect() as connection:
-        assert connection.execute(text("SELECT id, url FROM webhook")).all() == [("w1", "https://plm.example")]
-        assert connection.scalar(text("SELECT updated_at FROM job")) == "2026-01-02 00:00:00"
-        assert connection.scalar(text("SELECT count(*) FROM api_key")) == 0
-        assert connection.scalar(text("SELECT count(*) FROM audit")) == 0
+        assert contents(connection, first) == before
+        for table in set(Base.metadata.tables) - set(first.tables):
+            assert connection.scalar(text(f"SELECT count(*) FROM {table}")) == 0
     assert differences(database) == []
+    database.dispose()
+
+
+def test_a_database_of_a_newer_version_is_refused(database):
+    migrate(database)
+    with database.write_engine.begin() as connection:
+        connection.execute(text("UPDATE alembic_version SET version_num = '9999'"))
+
+    with pytest.raises(Conflict, match="newer version than this one"):
+        migrate(database)
 
 
 def test_a_database_of_another_version_is_refused_with_the_way_out(database):

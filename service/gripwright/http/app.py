@@ -17,6 +17,7 @@ from gripwright.http.host_check import HostCheck
 from gripwright.http.idempotency import REPLAYED, Idempotent
 from gripwright.http.observed import REQUEST_ID, Observed
 from gripwright.http.openapi import describe_problems
+from gripwright.http.readiness import Readiness
 from gripwright.http.routers import (
     actuators,
     audit,
@@ -98,7 +99,7 @@ def create_app(settings: Settings) -> FastAPI:
         redoc_url=None,
         openapi_url="/openapi.json",
     )
-    app.state.service = service
+    app.state.service, app.state.readiness = service, Readiness(service)
     describe_problems(app)
     register_error_handlers(app)
     _add_middleware(app, service)

@@ -15,6 +15,8 @@ from starlette.routing import compile_path
 
 from gripwright.domain.errors import Fault, GripwrightError
 from gripwright.http.head import STREAM
+from gripwright.store.engines import is_full
+from gripwright.store.files import FULL_ERRNOS
 
 _log = logging.getLogger(__name__)
 
@@ -137,6 +139,7 @@ def register_error_handlers(app: FastAPI) -> None:
     app.add_exception_handler(IntegrityError, _integrity_problem)
     app.add_exception_handler(DataError, _data_problem)
     app.add_exception_handler(OperationalError, database_problem)
+    app.add_exception_handler(OSError, _system_problem)
 
 
 def domain_problem(request: Request, error: Exception) -> JSONResponse:
@@ -224,8 +227,17 @@ def _data_problem(request: Request, error: Exception) -> JSONResponse:
 
 def database_problem(request: Request, error: Exception) -> JSONResponse:
     """The problem that a database which does not answer is."""
+    if isinstance(error, OperationalError) and is_full(error.orig):
+        return problem(507, "insufficient-storage", "no space is left on the database's disk")
     _log.error("the database failed in %s %s", request.method, request.url.path, exc_info=error)
     return problem(503, "not-ready", "the database does not answer in time", headers={"Retry-After": "5"})
+
+
+def _system_problem(request: Request, error: Exception) -> JSONResponse:
+    if isinstance(error, OSError) and error.errno in FULL_ERRNOS:
+        _log.error("no space is left in %s %s: %s", request.method, request.url.path, error)
+        return problem(507, "insufficient-storage", "no space is left on the service's disk")
+    return defect_problem(request, error)
 
 
 def defect_problem(request: Request, error: Exception) -> JSONResponse:

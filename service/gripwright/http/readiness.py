@@ -1,8 +1,8 @@
 """Whether the service can do its work now. What is wrong in detail stands in the log: the answer is open to everybody."""
 
 import logging
-import shutil
-import tempfile
+import threading
+import time
 from collections.abc import Callable, Iterator
 
 from sqlalchemy.exc import SQLAlchemyError
@@ -14,8 +14,25 @@ from gripwright.store.migrate import require_current, require_writable
 _log = logging.getLogger(__name__)
 
 
-def unready(service: State) -> Iterator[Fault]:
-    """The checks that fail now, by name, each with what may be told."""
+class Readiness:
+    """The checks, made once a second however many ask: they write, and anybody may ask."""
+
+    def __init__(self, service: State) -> None:
+        self._service = service
+        self._lock = threading.Lock()
+        self._faults: tuple[Fault, ...] = ()
+        self._until_s = 0.0
+
+    def faults(self) -> tuple[Fault, ...]:
+        """The checks that fail, by name, each with what may be told."""
+        with self._lock:
+            if time.monotonic() >= self._until_s:
+                self._faults = tuple(_faults(self._service))
+                self._until_s = time.monotonic() + self._service.ready_s
+            return self._faults
+
+
+def _faults(service: State) -> Iterator[Fault]:
     checks: dict[str, Callable[[State], str | None]] = {
         "database": _database,
         "storage": _storage,
@@ -42,12 +59,12 @@ def _database(service: State) -> str | None:
 
 
 def _storage(service: State) -> str | None:
-    settings = service.settings
-    with tempfile.TemporaryFile(dir=settings.data_dir) as file:
-        file.write(b"ready")
-    service.artifacts.put(b"ready")
-    free_mb = shutil.disk_usage(settings.data_dir).free // 2**20
-    return None if free_mb >= settings.free_mb_min else f"{free_mb} MB are free, at least {settings.free_mb_min} MB are needed"
+    try:
+        service.artifacts.files.refresh("ready", b"ready")
+        service.artifacts.require_room()
+    except GripwrightError as error:
+        return error.detail
+    return None
 
 
 def _plugins(service: State) -> str | None:

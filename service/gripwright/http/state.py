@@ -14,7 +14,7 @@ from gripwright.http.waiting import EndWatch
 from gripwright.registry.description import RegistryDescription, RegistryUnreadable, describe_in_child
 from gripwright.settings import Settings
 from gripwright.store.engines import Database
-from gripwright.store.storage import open_artifacts
+from gripwright.store.storage import open_limited_artifacts
 from gripwright.traces import tracer_from_environment
 
 _log = logging.getLogger(__name__)
@@ -26,7 +26,7 @@ class State:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.database = Database(settings.resolved_database_url)
-        self.artifacts = open_artifacts(settings.resolved_storage_url)
+        self.artifacts = open_limited_artifacts(settings)
         self.gate = Gate(settings, self.database)
         self.audit = AuditTrail(self.database, days=settings.audit_days, with_reads=settings.audit_reads)
         self.ends = EndWatch(self.database, seats=settings.wait_requests)
@@ -39,6 +39,7 @@ class State:
         self.metrics = Metrics()
         self.tracer = tracer_from_environment()
         self.live_workers: Callable[[], int] | None = None  # of this process, where it keeps any
+        self.ready_s = 1.0  # how long an answer about readiness holds
         self.is_ending = False  # streams end, so that their listeners go on elsewhere
         self._listing = threading.Thread(target=self._list_plugins, name="plug-ins", daemon=True)
 

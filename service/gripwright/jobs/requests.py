@@ -34,6 +34,7 @@ def request_design(
         fault = Fault(pointer="/operations", message="the product has no assembly sequence: PUT its operations first")
         raise InvalidInput("the product has no operations", faults=(fault,))
     catalogue = tuple(actuator_of(row) for row in ActuatorRepository(session).all())
+    artifacts.require_room()
     plan = check_options(options, description)
     select(catalogue, plan.actuators)
     actuators_of(plan.owned, catalogue)

@@ -14,6 +14,7 @@ from gripwright.jobs.dbos_engine import DbosEngine
 from gripwright.jobs.deliveries import DeliveryLoop
 from gripwright.jobs.engine import DesignJobs, JobEngine, PassingFailure, problem_of
 from gripwright.jobs.hosts import Lease, Watch, join_workers
+from gripwright.jobs.housekeeping import Housekeeping
 from gripwright.jobs.steps import Workshop
 from gripwright.jobs.stopping import deadline_exceeded
 from gripwright.jobs.supervisor import LIFELINE
@@ -61,11 +62,13 @@ def work(office: DesignOffice, settings: Settings) -> None:
     limits = DesignLimits(per_worker=settings.designs_per_worker, per_client=settings.designs_per_client)
     lease, watch = join_workers(settings)
     engine = DbosEngine(office, database_url=jobs_database_url(settings), executor=lease.id)
+    housekeeping = Housekeeping(settings, lease.id)
     lease.start()
     engine.start()
     office.tally.start()
     take_over("dbos")
     of_this_process(worker=lease.id)
+    housekeeping.start()
     log.info("worker %s is ready", lease.id)
     next_sweep_s = time.monotonic()
     while not stop.wait(_DISPATCH_S):
@@ -76,6 +79,7 @@ def work(office: DesignOffice, settings: Settings) -> None:
                 sweep(office.jobs, engine, lease, watch)
         except PASSING_ERRORS as error:
             log.warning("nothing is taken from the queue now: %s", error)
+    housekeeping.stop()
     engine.stop()
     office.tally.stop()
     if office.tracer is not None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gripwright.domain.errors import NotFound
 from gripwright.store.files import Files, LocalFiles
+from gripwright.store.quota import Quota
 
 _SHA256 = re.compile(r"[0-9a-f]{64}")
 
@@ -14,14 +15,22 @@ _SHA256 = re.compile(r"[0-9a-f]{64}")
 class ArtifactStore:
     """Files named by the sha-256 of their content, in a folder or another place. Safe for any number of processes."""
 
-    def __init__(self, place: Path | Files) -> None:
+    def __init__(self, place: Path | Files, quota: Quota | None = None) -> None:
         self.files = LocalFiles(place) if isinstance(place, Path) else place
+        self._quota = quota
 
     def put(self, data: bytes) -> str:
         """Store the bytes; their sha-256 in hex. What is there already counts as used now, so that no sweep takes it away."""
         sha256 = hashlib.sha256(data).hexdigest()
+        if self._quota is not None and not self.has(sha256):
+            self._quota.require_room(len(data))
         self.files.refresh(artifact_name(sha256), data)
         return sha256
+
+    def require_room(self) -> None:
+        """InsufficientStorage where the storage is full already."""
+        if self._quota is not None:
+            self._quota.require_room(0)
 
     def has(self, sha256: str) -> bool:
         """Whether it is stored."""

@@ -1,5 +1,6 @@
 """Database engines. SQLite: WAL, writers take the lock at once (`BEGIN IMMEDIATE`), readers have an engine of their own."""
 
+import sqlite3
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
@@ -43,6 +44,11 @@ class Database:
         """Close all connections."""
         self.write_engine.dispose()
         self.read_engine.dispose()
+
+
+def is_full(error: BaseException | None) -> bool:
+    """Whether a driver's error says that the database's disk is full."""
+    return getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL or getattr(error, "sqlstate", None) == "53100"
 
 
 def _engine(url: str, *, begin: str) -> Engine:

@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import os
+import shutil
 import tempfile
 import time
 from collections.abc import Iterator
@@ -15,7 +16,9 @@ from gripwright.domain.errors import InsufficientStorage
 PART_BYTES = 256 * 1024
 """Of a file that is read piece by piece."""
 
-_FULL = (errno.ENOSPC, errno.EDQUOT)
+FULL_ERRNOS = (errno.ENOSPC, errno.EDQUOT)
+"""Of a disk, or a user's share of it, that is full."""
+
 _TEMPORARY, _PART = ".", ".part"
 
 
@@ -65,6 +68,14 @@ class Files(Protocol):
         """Remove a file that was not used after that moment; whether it was removed."""
         ...
 
+    def remove_parts(self, before_s: float) -> int:
+        """Remove what writers that died left behind before that moment; how many."""
+        ...
+
+    def free_bytes(self) -> int | None:
+        """What is left of the disk; None where there is no such limit."""
+        ...
+
 
 class LocalFiles:
     """A folder, on this machine or shared. A file's time is renewed by its use, ten minutes late at most."""
@@ -80,7 +91,7 @@ class LocalFiles:
         try:
             write_atomically(self.folder / name, data)
         except OSError as error:
-            if error.errno in _FULL:
+            if error.errno in FULL_ERRNOS:
                 raise InsufficientStorage(f"no space is left for {len(data)} bytes: {error.strerror}") from error
             raise
 
@@ -142,6 +153,11 @@ class LocalFiles:
         for path in stale:
             path.unlink(missing_ok=True)
         return len(stale)
+
+    def free_bytes(self) -> int | None:
+        """What is left of the disk."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        return shutil.disk_usage(self.folder).free
 
     def _walk(self) -> Iterator[tuple[Path, os.stat_result]]:
         for folder, _, names in os.walk(self.folder):

@@ -10,9 +10,11 @@ from alembic import command
 from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
+from alembic.util import CommandError
 from sqlalchemy import Connection
 from sqlalchemy.orm import Session
 
+import gripwright
 from gripwright.domain.errors import Conflict
 from gripwright.store.actuators import ActuatorRepository
 from gripwright.store.columns import utc_now
@@ -37,14 +39,22 @@ def migrate(database: Database) -> None:
 
     Several processes may start at once: one migrates, the others wait.
     """
-    with database.write_engine.connect() as connection, _without_foreign_keys(connection), connection.begin():
-        if connection.dialect.name == "postgresql":
-            connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_LOCK})")
-        is_new = MigrationContext.configure(connection).get_current_revision() is None
-        command.upgrade(alembic_config(connection), "head")
-        if is_new:
+    with database.write_engine.connect() as connection, without_foreign_keys(connection), connection.begin():
+        if upgrade_tables(connection):
             with Session(connection, join_transaction_mode="create_savepoint") as session, session.begin():
                 ActuatorRepository(session).fill(seed_actuators(), utc_now())
+
+
+def upgrade_tables(connection: Connection) -> bool:
+    """Run the missing migrations in the caller's transaction; whether there was none before."""
+    if connection.dialect.name == "postgresql":
+        connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_LOCK})")
+    is_new = MigrationContext.configure(connection).get_current_revision() is None
+    try:
+        command.upgrade(alembic_config(connection), "head")
+    except CommandError as error:
+        raise Conflict(f"the database is of a newer version than this one, {gripwright.__version__}: {error}") from error
+    return is_new
 
 
 def prepare(database: Database, *, automatically: bool) -> None:
@@ -80,8 +90,11 @@ def _newest() -> str | None:
 
 
 @contextmanager
-def _without_foreign_keys(connection: Connection) -> Iterator[None]:
-    """SQLite changes a table by copying it, which foreign keys would take for a deletion; they can only be switched outside."""
+def without_foreign_keys(connection: Connection) -> Iterator[None]:
+    """Where SQLite checks no foreign keys, which can only be switched outside of a transaction.
+
+    It changes a table by copying it, which they would take for a deletion.
+    """
     if connection.dialect.name != "sqlite":
         yield
         return

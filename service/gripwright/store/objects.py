@@ -84,6 +84,14 @@ class ObjectFiles:
             self._store.delete(name)
         return True
 
+    def remove_parts(self, before_s: float) -> int:
+        """None: what writers left behind is not listed; a lifecycle rule of the bucket ends unfinished uploads."""
+        return 0
+
+    def free_bytes(self) -> int | None:
+        """No limit that we could know."""
+        return None
+
 
 @cache
 def _open(url: str) -> S3Store:

@@ -3,8 +3,10 @@
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+from gripwright.settings import Settings
 from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.files import Files, LocalFiles
+from gripwright.store.quota import Quota
 from gripwright.store.steps import StepStore
 
 ARTIFACTS, STEPS = "artifacts", "steps"
@@ -22,6 +24,14 @@ def open_files(url: str, kind: str) -> Files:
 def open_artifacts(url: str) -> ArtifactStore:
     """The artifacts in a storage."""
     return ArtifactStore(open_files(url, ARTIFACTS))
+
+
+def open_limited_artifacts(settings: Settings) -> ArtifactStore:
+    """The artifacts of the settings' storage, within its quota: for what takes in new data."""
+    url = settings.resolved_storage_url
+    artifacts, steps = open_files(url, ARTIFACTS), open_files(url, STEPS)
+    quota = Quota((artifacts, steps), max_bytes=settings.disk_quota_bytes, free_min_bytes=settings.disk_free_min_bytes)
+    return ArtifactStore(artifacts, quota)
 
 
 def open_steps(url: str) -> StepStore:
