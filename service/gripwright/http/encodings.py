@@ -59,7 +59,8 @@ class Encodings:
                 await send(begun)
             await send(message)
 
-        await self._app({**scope, "headers": list(_plain_tags(scope["headers"]))}, receive, encoding_send)
+        scope["headers"] = list(_plain_tags(scope["headers"]))  # in place: outside of here the route is read from the same scope
+        await self._app(scope, receive, encoding_send)
 
 
 def accepts_gzip(accept_encoding: str) -> bool:

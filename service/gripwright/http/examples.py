@@ -5,7 +5,7 @@ from typing import Any
 
 _IDENTITY = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
 _RAISED = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 120.0], [0.0, 0.0, 0.0, 1.0]]
-_PRODUCT_ID, _DESIGN_ID, _WEBHOOK_ID = (f"0199c0de00007a1b2c3d4e5f60718{k}" + "00" for k in (293, 294, 295))
+_PRODUCT_ID, _DESIGN_ID, _WEBHOOK_ID, _DELIVERY_ID, _WORKER_ID = (f"0199c0de00007a1b2c3d4e5f60718{k}" for k in range(293, 298))
 _FIRST, _LATER = "2026-01-31T12:00:00Z", "2026-01-31T12:00:30Z"
 _SHA256 = "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"
 
@@ -87,6 +87,9 @@ _JOB = {
     "outcome": "complete",
     "progress": _DONE,
     "attempt": 1,
+    "priority": 5,
+    "deadline_at": None,
+    "not_before": None,
     "cancel_requested": False,
     "problem": None,
     "started_at": _FIRST,
@@ -111,6 +114,11 @@ _PLUGIN = {
     "options": {"type": "object", "properties": {"rays": {"type": "integer", "default": 30}}},
 }
 _WEBHOOK = {"id": _WEBHOOK_ID, "url": "https://plm.example/hooks", "events": ["design.complete"], "created_at": _FIRST}
+_CREATED = {**_WEBHOOK, "secret": "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw"}
+_SUBSCRIBER = {**_WEBHOOK, "enabled": True, "disabled_reason": "", "failing_since": None, "old_secret_expires_at": None}
+_DELIVERY = {"id": _DELIVERY_ID, "attempts": 1, "detail": "", "next_attempt_at": None, "created_at": _FIRST}
+_DELIVERED, _PENDING = {**_DELIVERY, "status": "delivered"}, {**_DELIVERY, "status": "pending", "next_attempt_at": _FIRST}
+_ATTEMPT = {"started_at": _FIRST, "duration_s": 0.12, "status_code": 204, "error": "", "response": ""}
 _IMPACT_PATHS = {"earlier_design": f"/api/v1/designs/{_DESIGN_ID}", "design": f"/api/v1/designs/{_WEBHOOK_ID}"}
 _IMPACT = {
     "operations": [{"id": "op-01", "outcome": "held", "before": "G1", "after": "G1", "detail": None}],
@@ -144,6 +152,9 @@ REQUESTS: Mapping[str, Any] = {
     },
     "put_actuator": _FIGURES,
     "create_webhook": {"url": "https://plm.example/hooks", "events": ["design.complete"]},
+    "change_webhook": {"enabled": True},
+    "rotate_webhook_secret": {"overlap_s": 86400},
+    "change_job": {"priority": 9},
 }
 """JSON bodies."""
 
@@ -175,6 +186,7 @@ RESPONSES: Mapping[str, Mapping[str, Any]] = {
     },
     "list_jobs": {"200": {"items": [_JOB], **_PAGE}},
     "get_job": {"200": _JOB},
+    "change_job": {"200": {**_QUEUED_JOB, "priority": 9}},
     "cancel_job": {"202": _CANCELLED_JOB},
     "retry_job": {"202": {**_QUEUED_JOB, "attempt": 2}},
     "minimise_gripper_set": {
@@ -192,8 +204,37 @@ RESPONSES: Mapping[str, Mapping[str, Any]] = {
             "errors": [],
         }
     },
-    "create_webhook": {"201": {**_WEBHOOK, "secret": "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw"}},
-    "get_webhook": {"200": {**_WEBHOOK, "deliveries": []}},
+    "create_webhook": {"201": _CREATED},
+    "get_webhook": {"200": {**_SUBSCRIBER, "deliveries": [_DELIVERED]}},
+    "list_webhooks": {"200": {"items": [_SUBSCRIBER], "next_cursor": None}},
+    "change_webhook": {"200": _SUBSCRIBER},
+    "rotate_webhook_secret": {"200": _CREATED},
+    "test_webhook": {"202": _PENDING},
+    "list_webhook_deliveries": {"200": {"items": [_DELIVERED], "next_cursor": None}},
+    "get_webhook_delivery": {
+        "200": {
+            **_DELIVERED,
+            "payload": '{"type":"design.complete","timestamp":"2026-01-31T12:00:30Z","data":{}}',
+            "log": [_ATTEMPT],
+        }
+    },
+    "redeliver_webhook_delivery": {"202": _PENDING},
+    "list_workers": {
+        "200": {
+            "items": [
+                {
+                    "id": _WORKER_ID,
+                    "host": "worker-1",
+                    "pid": 7,
+                    "version": "0.1.0",
+                    "state": "live",
+                    "steps": 1,
+                    "started_at": _FIRST,
+                    "heartbeat_at": _LATER,
+                }
+            ]
+        }
+    },
     "list_audit": {
         "200": {
             "items": [

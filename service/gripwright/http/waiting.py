@@ -96,7 +96,9 @@ class Waiting:
         async def keep(message: Message) -> None:
             messages.append(message)
 
-        await self._app(dict(scope), receive, keep)
+        inner = dict(scope)
+        await self._app(inner, receive, keep)
+        scope.update({key: inner[key] for key in ("route", "path_params") if key in inner})  # for the count and the trail
         start = messages[0]
         location = Headers(raw=start["headers"]).get("location")
         applied = "respond-async" if wanted.respond_async and start["status"] == 202 else ""
