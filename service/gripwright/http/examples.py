@@ -118,6 +118,7 @@ _CREATED = {**_WEBHOOK, "secret": "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw"}
 _SUBSCRIBER = {**_WEBHOOK, "enabled": True, "disabled_reason": "", "failing_since": None, "old_secret_expires_at": None}
 _DELIVERY = {"id": _DELIVERY_ID, "attempts": 1, "detail": "", "next_attempt_at": None, "created_at": _FIRST}
 _DELIVERED, _PENDING = {**_DELIVERY, "status": "delivered"}, {**_DELIVERY, "status": "pending", "next_attempt_at": _FIRST}
+_PAYLOAD = '{"type":"design.complete","timestamp":"2026-01-31T12:00:30Z","data":{}}'
 _ATTEMPT = {"started_at": _FIRST, "duration_s": 0.12, "status_code": 204, "error": "", "response": ""}
 _IMPACT_PATHS = {"earlier_design": f"/api/v1/designs/{_DESIGN_ID}", "design": f"/api/v1/designs/{_WEBHOOK_ID}"}
 _IMPACT = {
