@@ -27,7 +27,7 @@ POLL_AFTER_S = 1
     "/products/{product_id}/designs",
     operation_id="create_design",
     status_code=status.HTTP_202_ACCEPTED,
-    responses=problems(404, 409, 415, 422),
+    responses=problems(404, 409, 415, 422, 507),
 )
 def create_design(
     product_id: str,

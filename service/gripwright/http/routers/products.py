@@ -26,7 +26,7 @@ router = APIRouter(prefix="/products", tags=["products"])
     response_model=ProductView,
     responses={
         200: {"model": ProductView, "description": "It exists with the same content"},
-        **problems(409, 413, 415, 422),
+        **problems(409, 413, 415, 422, 507),
     },
     openapi_extra=UPLOAD_SCHEMA,
 )
