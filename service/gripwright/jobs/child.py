@@ -155,6 +155,7 @@ def _kill(process: BaseProcess) -> None:
 def _main(work: Work, argument: Any, limits: Limits, sender: Connection) -> None:
     """The child's life."""
     _confine(limits)
+    _let_go_of_server()
 
     def send(kind: str, body: Any) -> None:
         sender.send_bytes(json.dumps([kind, body]).encode())
@@ -170,6 +171,14 @@ def _main(work: Work, argument: Any, limits: Limits, sender: Connection) -> None
     except Exception as error:
         log.exception("work in a child process failed")
         send("defect", f"raised {type(error).__name__}: {error}")
+
+
+def _let_go_of_server() -> None:
+    """Close the server's lifeline, of which a child has an end: it would keep the server, and so itself, beyond the worker."""
+    server: Any = forkserver._forkserver
+    lifeline, server._forkserver_alive_fd = server._forkserver_alive_fd, None
+    if lifeline is not None:
+        os.close(lifeline)
 
 
 def _confine(limits: Limits) -> None:
