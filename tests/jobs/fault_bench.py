@@ -229,7 +229,12 @@ class Bench:
         return found
 
     def _workers(self):
-        return [process for process in self._api_children() if process.cmdline()[-1:] == [WORKER[-1]]]
+        workers = []
+        for process in self._api_children():
+            with contextlib.suppress(psutil.Error):  # it may end in this very moment
+                if process.cmdline()[-1:] == [WORKER[-1]]:
+                    workers.append(process)
+        return workers
 
     def _api_children(self):
         return psutil.Process(self._api.pid).children()
