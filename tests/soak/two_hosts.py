@@ -1,6 +1,6 @@
 """Two hosts, a database and an S3 server on one network; the first host is cut off in the middle: everything ends, once.
 
-`python -m tests.soak.two_hosts [DESIGNS]`, as root: hosts are network namespaces (iproute2), each with a PID namespace and a
+`python tests/soak/two_hosts.py [DESIGNS]`, as root: hosts are network namespaces (iproute2), each with a PID namespace and a
 host name of its own, so that neither sees the other's processes.
 """
 
@@ -24,7 +24,7 @@ from service import Service, make_service
 from gripwright.jobs.hosts import LOST
 from postgresql_server import running_postgresql
 from s3_server import running_s3
-from soak.fleet import end_as_ctrl_c
+from soak._fleet import end_as_ctrl_c
 
 BRIDGE, GATEWAY, LEASE_S = "gw-soak", "10.77.13.1", 10
 HOSTS = {"gw-one": "10.77.13.11", "gw-two": "10.77.13.12"}

@@ -1,4 +1,4 @@
-"""How much faster two workers on PostgreSQL finish the same designs than one: `python -m tests.soak.two_workers [DESIGNS]`.
+"""How much faster two workers on PostgreSQL finish the same designs than one: `python tests/soak/two_workers.py [DESIGNS]`.
 
 Wall-clock counts only on a machine that is otherwise idle. Beside it stand the processor time that the workers took and what
 others took meanwhile, out of the whole machine.
@@ -14,7 +14,7 @@ import psutil
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from postgresql_server import PostgresqlServer, running_postgresql
-from soak.fleet import Fleet, end_as_ctrl_c
+from soak._fleet import Fleet, end_as_ctrl_c
 
 AT_LEAST = 1.5
 _PATIENCE_S = 3600.0
