@@ -103,7 +103,9 @@ def dispatch(jobs: DesignJobs, engine: JobEngine, worker: str, limits: DesignLim
 
 def sweep(jobs: DesignJobs, engine: JobEngine, lease: Lease, watch: Watch) -> None:
     """Continue what dead workers left behind, and end what is late or what nobody will ever continue."""
-    at_work = engine.at_work()  # before the look at who lives: whoever begins something has a lease by then
+    watched = jobs.watched()
+    engine.pace(busy=bool(watched))
+    at_work = engine.at_work() if watched else {}  # before the look at who lives: whoever begins something has a lease by then
     lease.steps = at_work.get(lease.id, 0)
     living = watch.living()
     if lease.id not in living:
@@ -111,8 +113,6 @@ def sweep(jobs: DesignJobs, engine: JobEngine, lease: Lease, watch: Watch) -> No
         return
     for executor in at_work.keys() - living:
         engine.take_over(executor)
-    watched = jobs.watched()
-    engine.pace(busy=bool(watched))
     for job in watched:
         if job.is_late:
             jobs.fail(job.design_id, job.attempt, problem_of(deadline_exceeded()))

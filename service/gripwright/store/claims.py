@@ -3,12 +3,20 @@
 from dataclasses import dataclass
 from datetime import datetime
 
-from sqlalchemy import Select, and_, func, or_, select, text
+from sqlalchemy import Connection, Select, and_, bindparam, func, or_, select, text
 from sqlalchemy.orm import Session
 
+from gripwright.store.columns import UtcDateTime
 from gripwright.store.models import JobRow
 
 _LOCK = 5_071_306  # any number that nothing else locks
+_JOB = JobRow.__table__.c
+_NOW = bindparam("now", type_=UtcDateTime())
+_ANY_WAITING = (
+    select(_JOB.id)
+    .where(_JOB.status == "queued", _JOB.dispatched.is_(False), or_(_JOB.not_before.is_(None), _JOB.not_before <= _NOW))
+    .limit(1)
+)
 ACTIVE = or_(JobRow.status == "running", and_(JobRow.status == "queued", JobRow.dispatched))
 """Running, or taken by a worker that starts it in a moment."""
 
@@ -25,6 +33,11 @@ def waiting(now: datetime) -> Select[str, int]:
     """(design, attempt) of what may be taken now."""
     is_due = or_(JobRow.not_before.is_(None), JobRow.not_before <= now)
     return select(JobRow.id, JobRow.attempt).where(JobRow.status == "queued", JobRow.dispatched.is_(False), is_due)
+
+
+def is_any_waiting(connection: Connection, now: datetime) -> bool:
+    """Whether anything may be taken now: asked several times a second by every worker, hence of the connection itself."""
+    return connection.execute(_ANY_WAITING, {"now": now}).first() is not None
 
 
 def claim(session: Session, worker: str, limits: DesignLimits, now: datetime) -> list[tuple[str, int]]:

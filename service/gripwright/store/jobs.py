@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from gripwright.settings import Settings
 from gripwright.store.artifacts import ArtifactStore
-from gripwright.store.claims import ACTIVE, DesignLimits, claim, waiting
+from gripwright.store.claims import ACTIVE, DesignLimits, claim, is_any_waiting, waiting
 from gripwright.store.columns import utc_now
 from gripwright.store.engines import Database
 from gripwright.store.events import EventRepository, queue_webhooks, record_event
@@ -80,8 +80,9 @@ class StoredDesignJobs:
 
     def claim(self, worker: str, limits: DesignLimits) -> Sequence[tuple[str, int]]:
         """(design id, attempt) of the jobs that a worker runs next, its own from now on."""
-        if not self.undispatched(1):  # most looks end here, without a write transaction
-            return ()
+        with self._database.glance() as connection:
+            if not is_any_waiting(connection, utc_now()):  # most looks end here, without a write transaction
+                return ()
         with self._database.write_sessions.begin() as session:
             return claim(session, worker, limits, utc_now())
 
