@@ -49,6 +49,13 @@ def test_a_face_that_open_cascade_leaves_out_is_counted() -> None:
         read_step_assembly(broken.encode(), DEFAULT_LIMITS)
 
 
+def test_a_file_without_a_unit_of_length_is_not_taken_for_one_in_mm() -> None:
+    broken = _block().replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.MILLI.,.GRAM.)").replace("LENGTH_UNIT", "MASS_UNIT")
+
+    with pytest.raises(InvalidGeometry, match="states no unit of length"):
+        read_step_assembly(broken.encode(), DEFAULT_LIMITS)
+
+
 @pytest.mark.parametrize(
     "shape",
     [

@@ -99,7 +99,6 @@ class _Document:
             raise InvalidGeometry("cannot be read as STEP")
         check_entities(reader)
         self._document = TDocStd_Document(TCollection_ExtendedString("XCAF"))  # owns the labels
-        self.units = _length_units(reader)
         if not reader.Transfer(self._document):
             raise InvalidGeometry("holds no shape that can be read from STEP")
         tool = XCAFDoc_DocumentTool.ShapeTool_s(self._document.Main())
@@ -108,6 +107,7 @@ class _Document:
         self._roots = list(_labels(free))
         if not self._roots:
             raise InvalidGeometry("holds no shape: it may only refer to other files")
+        self.units = _length_units(reader)
         self.name = _name(self._roots[0])
         check_faces(reader, _count_faces(tool))
 
@@ -165,7 +165,9 @@ def _entry(label: Any) -> str:
 def _length_units(reader: Any) -> frozenset[str]:
     lengths, angles, solid_angles = (Sequence_TCollection_AsciiString() for _ in range(3))
     reader.ChangeReader().FileUnits(lengths, angles, solid_angles)
-    names = {str(text.ToCString()).lower() for text in _labels(lengths)}
+    names = {str(text.ToCString()).lower() for text in _labels(lengths)} - {""}
+    if not names:  # Open CASCADE would take them for millimetres
+        raise InvalidGeometry("states no unit of length")
     return frozenset(_UNIT_NAMES[name] for name in names if name in _UNIT_NAMES)
 
 
