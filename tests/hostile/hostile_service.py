@@ -16,7 +16,11 @@ from urllib.parse import urlsplit
 import psutil
 
 LONGEST_S = 10.0
-_WORKERS_OWN = "pymp-"  # the socket of the server of their children, there as long as they are
+_WORKERS_OWN = (
+    "pymp-"  # multiprocessing's folder for the socket of the fork server that a worker keeps (jobs/child.py), as long as it lives
+)
+_PARSER = "gripwright.cad.child"
+_SETTLED_S = 20.0
 _PYTHON_ERROR = re.compile(r"Traceback|\b[A-Z][A-Za-z]+(Error|Exception)\b|object at 0x")
 
 
@@ -49,7 +53,7 @@ class HostileService:
             self.process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=log, text=True)
         self.address = self.process.stdout.readline().strip().removeprefix("Gripwright listens on ")
         self.wait_until_ready()
-        self.workers = {child.pid for child in psutil.Process(self.process.pid).children()}
+        self.workers = self._workers()
 
     def wait_until_ready(self):
         deadline = time.monotonic() + 60
@@ -113,20 +117,35 @@ class HostileService:
             "artifacts": sorted(map(str, files)),
             "products": products,
             "temporary": sorted(path.name for path in self.temporary.iterdir() if not path.name.startswith(_WORKERS_OWN)),
-            "parsers": [p.pid for p in self._descendants() if "gripwright.cad.child" in " ".join(p.cmdline())],
+            "parsers": self._settled_parsers(),
         }
 
-    def _descendants(self):
+    def _settled_parsers(self):
+        """How many processes read CAD: the one that is kept ready is started after an upload took the one before it."""
+        deadline = time.monotonic() + _SETTLED_S
+        while (count := sum(map(_is_parser, self._children()))) != 1 and time.monotonic() < deadline:
+            time.sleep(0.1)
+        return count
+
+    def _children(self):
         return psutil.Process(self.process.pid).children(recursive=True)
+
+    def _workers(self):
+        return {child.pid for child in psutil.Process(self.process.pid).children() if not _is_parser(child)}
 
     def is_alive(self):
         """API and workers, the same processes as at the start."""
-        living = {child.pid for child in psutil.Process(self.process.pid).children()}
-        return self.process.poll() is None and self.workers <= living and self.get("/health/ready").status == 200
+        return self.process.poll() is None and self.workers <= self._workers() and self.get("/health/ready").status == 200
 
     def defects(self):
         """What the log tells of defects."""
         return [line for line in self.log.read_text().splitlines() if "defect" in line or "Traceback" in line]
+
+
+def _is_parser(process):
+    with suppress(psutil.NoSuchProcess, psutil.ZombieProcess):
+        return _PARSER in " ".join(process.cmdline())
+    return False
 
 
 @contextmanager

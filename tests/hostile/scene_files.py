@@ -89,7 +89,7 @@ def _glb():
                 target = target[step]
             target[path[-1]] = value
             yield f"{'/'.join(map(str, path))} is {json.dumps(value)[:40]}", glb(changed)
-    for key in ("scenes", "nodes", "meshes", "accessors", "bufferViews", "buffers"):
+    for key in ("nodes", "meshes", "accessors", "bufferViews", "buffers"):
         yield f"no {key}", glb({name: value for name, value in gltf().items() if name != key})
     yield "a corner beyond the last vertex", glb(binary=_POSITIONS + struct.pack("<I", 99) + _INDICES[4:])
     yield "a coordinate is NaN", glb(binary=struct.pack("<f", float("nan")) + _POSITIONS[4:] + _INDICES)

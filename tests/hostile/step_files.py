@@ -41,6 +41,12 @@ def _changes(text):
         "every face refers to itself",
         re.sub(r"(#\d+) = ADVANCED_FACE\('',\([^)]*\),#\d+", r"\1 = ADVANCED_FACE('',(\1),\1", text),
     )
+    yield (
+        "faces of one bound refer to themselves, the others are sound",
+        re.sub(r"(#\d+) = ADVANCED_FACE\('',\((#\d+)\),#\d+", r"\1 = ADVANCED_FACE('',(\1),\1", text),
+    )
+    yield "one edge is not there", re.sub(r"#\d+ = EDGE_CURVE\([^;]*;", "", text, count=1)
+    yield "the bore has a radius below 0", re.sub(r"(CYLINDRICAL_SURFACE\('',#\d+),8\.", r"\1,-8.", text)
     yield "a shell of itself", re.sub(r"(#\d+) = CLOSED_SHELL\('',\([^)]*\)", r"\1 = CLOSED_SHELL('',(\1)", text)
     yield "a solid of itself", re.sub(r"(#\d+) = MANIFOLD_SOLID_BREP\('',#\d+", r"\1 = MANIFOLD_SOLID_BREP('',\1", text)
     yield "loops of themselves", re.sub(r"(#\d+) = EDGE_LOOP\('',\([^)]*\)", r"\1 = EDGE_LOOP('',(\1)", text)

@@ -10,7 +10,9 @@ from urllib.parse import urlsplit
 import pytest
 from corpus import small_corpus
 from hostile_service import hostile_service
-from upload_bodies import MULTIPART, alone
+from upload_bodies import MULTIPART, BadUpload, alone
+
+from service_factory import make_document, make_package
 
 _EACH = 4  # of a kind
 _DEAR = ("step", "step alone")  # two of these: Open CASCADE takes a second to start
@@ -47,16 +49,17 @@ def test_malformed_uploads_are_refused_with_the_reason_and_leave_nothing_behind(
 def test_a_client_that_leaves_in_the_middle_of_an_upload_leaves_nothing_behind(service):
     before, address = service.leftovers(), urlsplit(service.address)
 
-    for sent in (100, 2_000_000):
+    for sent in (100, 2_000_000, 100, 2_000_000, 2_999_000):  # more than there are turns
         with socket.create_connection((address.hostname, address.port)) as connection:
             head = f"POST /api/v1/products HTTP/1.1\r\nHost: x\r\nContent-Type: {MULTIPART}\r\nContent-Length: 9000000\r\n\r\n"
             connection.sendall(head.encode() + alone(bytes(3_000_000))[:sent])
-            time.sleep(0.3)
+            time.sleep(0.1)
 
     time.sleep(0.5)
     assert service.leftovers() == before
     assert service.is_alive()
     assert service.defects() == []
+    assert service.upload(BadUpload("sound", "", alone(make_package(make_document())))).status == 201
 
 
 def test_the_corpus_holds_at_least_300_uploads_of_every_kind_each_named_once():

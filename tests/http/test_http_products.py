@@ -181,6 +181,7 @@ def test_operations_are_replaced_and_change_the_entity_tag(client, product_id, p
 
 def test_each_fault_of_a_sequence_has_its_pointer_and_changes_nothing(client, product_id, problem):
     url = f"{PRODUCTS}/{product_id}"
+    before = client.get(url).headers["ETag"]
     skewed = [[2, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
     operations = [
         {"id": "op-1", "active": ["ghost"], "passive": [], "pose_before": raised(9), "pose_after": IDENTITY},
@@ -190,7 +191,7 @@ def test_each_fault_of_a_sequence_has_its_pointer_and_changes_nothing(client, pr
     body = problem(client.put(f"{url}/operations", json={"operations": operations}), 422, "invalid-input")
 
     assert {error["pointer"] for error in body["errors"]} >= {"/operations/0/active/0", "/operations/1/pose_before"}
-    assert client.get(url).headers["ETag"] == '"1"'
+    assert client.get(url).headers["ETag"] == before
 
 
 def test_a_component_is_patched_by_merging(client, product_id):

@@ -14,6 +14,7 @@ import trimesh
 from gripwright.cad.colour import component_glb, linear_colours, segment_colours, value_colours
 from gripwright.cad.export import step_bytes, stl_bytes, threemf_bytes
 from gripwright.cad.glb import GlbPart, glb_bytes
+from gripwright.cad.limits import DEFAULT_LIMITS
 from gripwright.cad.read import read_mesh
 from gripwright.cad.step import read_step_assembly
 from gripwright.domain.errors import InvalidGeometry
@@ -37,7 +38,7 @@ def test_step_is_ap242_in_mm_with_the_products_identity_and_the_exact_solid() ->
     assert b"PRODUCT('G1-F'," in data
     assert b"'straight finger'" in data
     assert data.isascii()
-    assembly = read_step_assembly(data)
+    assembly = read_step_assembly(data, DEFAULT_LIMITS)
     assert assembly.name == "Finger Ø 'x'"
     assert volume_mm3(assembly.meshes[0]) == pytest.approx(measure(SOLID).volume_mm3, rel=1e-3)
 

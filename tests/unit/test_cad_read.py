@@ -230,7 +230,7 @@ def test_degenerate_faces_are_kept_so_that_face_numbers_stay_those_of_the_file()
         (b"v 0 0 0\nv 1e-9 0 0\nv 0 1e-9 0\nf 1 2 3\n", "obj", "are the units right"),
         (b"v 0 0\n", "obj", "line 1"),
         (b"solid nothing\nendsolid nothing\n", "stl", "holds no triangle"),
-        (b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n", "step", "holds no shape|cannot be read"),
+        (b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n", "step", "is damaged: faults of its structure"),
     ],
 )
 def test_a_mesh_on_which_nothing_can_be_computed_is_refused(data: bytes, format: str, reason: str) -> None:

@@ -11,6 +11,7 @@ import os
 import resource
 import signal
 import sys
+from importlib import import_module
 from types import TracebackType
 from typing import Any, BinaryIO
 
@@ -31,6 +32,7 @@ def main() -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     requests, answers = _private_streams()
     sys.excepthook = _last_words(answers, limits)
+    import_module("gripwright.cad.read")  # after the limits were set, and before the first file, whose time it is not
     while True:
         try:
             header, data = wire.receive(requests)

@@ -17,6 +17,7 @@ from gripwright.cad.manifest import MAX_COMPONENTS, ComponentEntry, ObstacleEntr
 from gripwright.cad.operations import operation_of
 from gripwright.cad.reader import Assembly, CadReader
 from gripwright.cad.sequence import entries, string_of
+from gripwright.cad.spare import SpareReader
 from gripwright.domain.assembly import AssemblyTask, Component, GraspRegion, Obstacle, Operation
 from gripwright.domain.errors import Fault, InvalidGeometry, InvalidInput, LimitExceeded
 from gripwright.domain.shape import Mesh
@@ -51,33 +52,36 @@ def read_product(path: Path, limits: Limits = DEFAULT_LIMITS, operations: Path |
     return _read_files(open_package_files(path, limits), path.name, limits, sequence)
 
 
-def read_upload(files: PackageFiles, limits: Limits) -> Product:
-    """The product of files that came one by one: the document with its CAD files, or one .zip or STEP assembly alone."""
+def read_upload(files: PackageFiles, limits: Limits, spare: SpareReader | None = None) -> Product:
+    """The product of files that came one by one: the document with its CAD files, or one .zip or STEP assembly alone.
+
+    `spare` holds a process ahead that reads CAD files.
+    """
     if DOCUMENT in files.names:
-        return _read_files(files, "the upload", limits, None)
+        return _read_files(files, "the upload", limits, None, spare)
     if len(files.names) != 1:
         message = f"{len(files.names)} files and no manifest part; a .zip or a STEP assembly may stand alone"
         raise InvalidInput("the upload is no product", faults=(Fault("manifest", message),))
     (name,) = files.names
     if format_of(name) == "step":
-        return _read_step_product(name, files.read(name), limits, None)
+        return _read_step_product(name, files.read(name), limits, None, spare)
     if not name.lower().endswith(".zip"):
         fault = Fault(name, "neither a .zip nor a STEP assembly (.step, .stp)")
         raise InvalidInput("the upload is no product", faults=(fault,))
-    return _read_files(inner_package(open_archive(files.read(name), name, limits)), name, limits, None)
+    return _read_files(inner_package(open_archive(files.read(name), name, limits)), name, limits, None, spare)
 
 
-def _read_files(files: PackageFiles, label: str, limits: Limits, sequence: Any) -> Product:
+def _read_files(files: PackageFiles, label: str, limits: Limits, sequence: Any, spare: SpareReader | None = None) -> Product:
     if DOCUMENT in files.names:
         value = parse_json(files.read(DOCUMENT), DOCUMENT, limits.max_document_bytes)
         if sequence is not None and isinstance(value, dict):
             value = {**value, "operations": sequence}
-        return _read_described(value, files, limits)
+        return _read_described(value, files, limits, spare)
     alone = [name for name in files.names if format_of(name) == "step"]
     if len(alone) != 1:
         message = f"no {DOCUMENT}, and {len(alone)} STEP files where one could stand alone"
         raise InvalidInput(f"{label} is no product package: {message}", faults=(Fault(DOCUMENT, message),))
-    return _read_step_product(alone[0], files.read(alone[0]), limits, sequence)
+    return _read_step_product(alone[0], files.read(alone[0]), limits, sequence, spare)
 
 
 def _sequence_of(path: Path, limits: Limits) -> Any:
@@ -97,7 +101,7 @@ class _FileUse:
     units: str | None
 
 
-def _read_described(value: Any, files: PackageFiles, limits: Limits) -> Product:
+def _read_described(value: Any, files: PackageFiles, limits: Limits, spare: SpareReader | None) -> Product:
     """The product of a document and its files; everything that can be read is read, so that all faults come together."""
     faults: list[Fault] = []
     manifest = None
@@ -105,7 +109,8 @@ def _read_described(value: Any, files: PackageFiles, limits: Limits) -> Product:
         manifest = manifest_of(value)
     except InvalidInput as error:
         faults += error.faults
-    meshes = _read_meshes(list(_usable_uses(value, faults)), files, limits, faults)
+    with CadReader(limits, spare) as reader:
+        meshes = _read_meshes(list(_usable_uses(value, faults)), files, reader, faults)
     if manifest is None or faults:
         refuse("the product package cannot be used", faults)
     return Product(
@@ -126,33 +131,32 @@ def _usable_uses(value: Any, faults: list[Fault]) -> Iterator[_FileUse]:
 
 
 def _read_meshes(
-    uses: list[_FileUse], files: PackageFiles, limits: Limits, faults: list[Fault]
+    uses: list[_FileUse], files: PackageFiles, reader: CadReader, faults: list[Fault]
 ) -> dict[tuple[str, str | None], Mesh]:
     """The mesh of each distinct file and unit; what is missing or unreadable is added to the faults, at its first use."""
     meshes: dict[tuple[str, str | None], Mesh] = {}
     seen: set[tuple[str, str | None]] = set()
-    with CadReader(limits) as reader:
-        for use in uses:
-            if use.file not in files.names:
-                faults.append(Fault(f"{use.pointer}/file", f"no file {use.file!r} in the package"))
-            elif (use.file, use.units) not in seen:
-                seen.add((use.file, use.units))
-                try:
-                    data = files.read(use.file)
-                    meshes[use.file, use.units] = reader.mesh(use.file, data, str(format_of(use.file)), use.units)
-                except (InvalidGeometry, InvalidInput) as error:
-                    faults.append(Fault(f"{use.pointer}/file", error.detail))
-                except LimitExceeded as error:
-                    fault = Fault(f"{use.pointer}/file", error.detail)
-                    raise LimitExceeded(error.detail, faults=(*faults, fault)) from None
+    for use in uses:
+        if use.file not in files.names:
+            faults.append(Fault(f"{use.pointer}/file", f"no file {use.file!r} in the package"))
+        elif (use.file, use.units) not in seen:
+            seen.add((use.file, use.units))
+            try:
+                data = files.read(use.file)
+                meshes[use.file, use.units] = reader.mesh(use.file, data, str(format_of(use.file)), use.units)
+            except (InvalidGeometry, InvalidInput) as error:
+                faults.append(Fault(f"{use.pointer}/file", error.detail))
+            except LimitExceeded as error:
+                fault = Fault(f"{use.pointer}/file", error.detail)
+                raise LimitExceeded(error.detail, faults=(*faults, fault)) from None
     return meshes
 
 
-def _read_step_product(name: str, data: bytes, limits: Limits, sequence: Any) -> Product:
+def _read_step_product(name: str, data: bytes, limits: Limits, sequence: Any, spare: SpareReader | None = None) -> Product:
     """The product of a STEP assembly: its components are the parts at the ends of the structure."""
     if len(data) > limits.max_file_bytes:
         raise LimitExceeded(f"{name} has {len(data)} bytes, at most {limits.max_file_bytes}")
-    with CadReader(limits) as reader:
+    with CadReader(limits, spare) as reader:
         try:
             assembly = reader.assembly(name, data)
         except InvalidGeometry as error:

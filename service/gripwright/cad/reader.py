@@ -1,14 +1,10 @@
 """CAD files read in a child process that a crash, a hang or a hunger for memory cannot outgrow."""
 
-import contextlib
-import json
-import os
 import signal
 import subprocess
-import sys
 import threading
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Any
 
@@ -16,6 +12,7 @@ import numpy as np
 
 from gripwright.cad import wire
 from gripwright.cad.limits import Limits
+from gripwright.cad.spare import SpareReader, end_reader, start_reader
 from gripwright.domain.errors import Fault, InvalidGeometry, LimitExceeded
 from gripwright.domain.shape import FloatArray, Mesh
 
@@ -44,8 +41,8 @@ class CadReader:
     `limits.seconds` counts from the first file, for all of them together. After `limits.max_crashes` renewals no more is read.
     """
 
-    def __init__(self, limits: Limits) -> None:
-        self._limits = limits
+    def __init__(self, limits: Limits, spare: SpareReader | None = None) -> None:
+        self._limits, self._spare = limits, spare
         self._deadline: float | None = None
         self._child: subprocess.Popen[bytes] | None = None
         self._crashes = 0
@@ -82,7 +79,7 @@ class CadReader:
         if self._crashes >= self._limits.max_crashes:
             detail = f"{name} is not read: {self._crashes} files before it ended the process that reads them"
             raise LimitExceeded(detail, faults=(Fault(name, detail),), file=name)
-        child = self._child = self._child or _started(self._limits)
+        child = self._child = self._child or self._started()
         assert child.stdin is not None
         assert child.stdout is not None
         watchdog = threading.Timer(max(0.0, self._deadline - now), child.kill)
@@ -103,6 +100,10 @@ class CadReader:
             raise kind(detail, faults=(Fault(name, detail),), file=name)
         return header, payload
 
+    def _started(self) -> "subprocess.Popen[bytes]":
+        ready = None if self._spare is None else self._spare.take(self._limits)
+        return ready or start_reader(self._limits)
+
     def _obituary(self, child: "subprocess.Popen[bytes]", size: int) -> dict[str, Any]:
         code = child.wait()
         assert self._deadline is not None
@@ -121,20 +122,4 @@ class CadReader:
     def _end(self) -> None:
         child, self._child = self._child, None
         if child is not None:
-            child.kill()
-            child.wait()
-            for stream in (child.stdin, child.stdout):
-                if stream is not None:
-                    with contextlib.suppress(BrokenPipeError):  # a request that was never read
-                        stream.close()
-
-
-def _started(limits: Limits) -> "subprocess.Popen[bytes]":
-    return subprocess.Popen(
-        [sys.executable, "-P", "-m", "gripwright.cad.child", json.dumps(asdict(limits))],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-        env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
-    )
+            end_reader(child)

@@ -8,7 +8,11 @@ from typing import Any
 import numpy as np
 from OCP.Bnd import Bnd_Box
 from OCP.BRepBndLib import BRepBndLib
-from OCP.collections import Sequence_TCollection_AsciiString, Sequence_TDF_Label
+from OCP.collections import (
+    IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher,
+    Sequence_TCollection_AsciiString,
+    Sequence_TDF_Label,
+)
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.TCollection import TCollection_AsciiString, TCollection_ExtendedString
@@ -16,11 +20,12 @@ from OCP.TDataStd import TDataStd_Name
 from OCP.TDF import TDF_Label, TDF_Tool
 from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_ShapeEnum
-from OCP.TopExp import TopExp_Explorer
+from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
 from gripwright.cad.limits import Limits
 from gripwright.cad.placed import Placements
+from gripwright.cad.step_whole import check_entities, check_faces
 from gripwright.domain.errors import InvalidGeometry, LimitExceeded
 from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.geometry.brep import tessellate
@@ -92,8 +97,8 @@ class _Document:
         reader.SetNameMode(True)
         if reader.ReadStream("input", io.BytesIO(data)) != IFSelect_ReturnStatus.IFSelect_RetDone:
             raise InvalidGeometry("cannot be read as STEP")
+        check_entities(reader)
         self._document = TDocStd_Document(TCollection_ExtendedString("XCAF"))  # owns the labels
-        self.units = _length_units(reader)
         if not reader.Transfer(self._document):
             raise InvalidGeometry("holds no shape that can be read from STEP")
         tool = XCAFDoc_DocumentTool.ShapeTool_s(self._document.Main())
@@ -102,7 +107,9 @@ class _Document:
         self._roots = list(_labels(free))
         if not self._roots:
             raise InvalidGeometry("holds no shape: it may only refer to other files")
+        self.units = _length_units(reader)
         self.name = _name(self._roots[0])
+        check_faces(reader, _count_faces(tool))
 
     def leaves(self, limits: Limits) -> Iterator[tuple[tuple[str, ...], Any, FloatArray]]:
         """Instance path, label and pose of each part, in the file's order."""
@@ -128,6 +135,18 @@ def _leaves(
         yield from _leaves(part, (*path, name), X @ _pose(XCAFDoc_ShapeTool.GetLocation_s(component)), placements)
 
 
+def _count_faces(tool: Any) -> int:
+    """Faces of all parts, those of a part once however often it is used."""
+    labels, count = Sequence_TDF_Label(), 0
+    tool.GetShapes(labels)
+    for label in _labels(labels):
+        if XCAFDoc_ShapeTool.IsSimpleShape_s(label):
+            faces = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+            TopExp.MapShapes_s(XCAFDoc_ShapeTool.GetShape_s(label), TopAbs_ShapeEnum.TopAbs_FACE, faces)
+            count += faces.Extent()
+    return count
+
+
 def _labels(sequence: Any) -> Iterator[Any]:
     return (sequence.Value(k) for k in range(1, sequence.Length() + 1))
 
@@ -146,7 +165,9 @@ def _entry(label: Any) -> str:
 def _length_units(reader: Any) -> frozenset[str]:
     lengths, angles, solid_angles = (Sequence_TCollection_AsciiString() for _ in range(3))
     reader.ChangeReader().FileUnits(lengths, angles, solid_angles)
-    names = {str(text.ToCString()).lower() for text in _labels(lengths)}
+    names = {str(text.ToCString()).lower() for text in _labels(lengths)} - {""}
+    if not names:  # Open CASCADE would take them for millimetres
+        raise InvalidGeometry("states no unit of length")
     return frozenset(_UNIT_NAMES[name] for name in names if name in _UNIT_NAMES)
 
 

@@ -4,6 +4,7 @@ import logging
 import threading
 from collections.abc import Callable
 
+from gripwright.cad.spare import SpareReader
 from gripwright.http.audit_trail import AuditTrail
 from gripwright.http.gate import Gate
 from gripwright.http.idempotency import KeptAnswers
@@ -34,6 +35,7 @@ class State:
         self.limits = RateLimits(settings)
         self.turns = Turns(settings.heavy_requests, wait_s=settings.heavy_wait_s)
         self.package_limits = settings.package_limits
+        self.spare_reader = SpareReader(self.package_limits)
         self.plugins: RegistryDescription | None = None
         self.plugins_problem = ""
         self.metrics = Metrics()
@@ -44,11 +46,13 @@ class State:
         self._listing = threading.Thread(target=self._list_plugins, name="plug-ins", daemon=True)
 
     def start(self) -> None:
-        """Begin to list the plug-ins."""
+        """Begin to list the plug-ins, and to keep a process ready that reads uploads."""
         self._listing.start()
+        self.spare_reader.start()
 
     def stop(self) -> None:
-        """Close the database, and send the spans that wait."""
+        """End the process that waits for uploads, close the database, and send the spans that wait."""
+        self.spare_reader.stop()
         if self.tracer is not None:
             self.tracer.stop()
         self.database.dispose()

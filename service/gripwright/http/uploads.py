@@ -82,6 +82,11 @@ class UploadedFiles:
         self.names = frozenset(parts)
 
     @property
+    def in_order(self) -> tuple[str, ...]:
+        """The names as they came."""
+        return tuple(self._parts)
+
+    @property
     def label(self) -> str:
         """What to call the upload: the name of the file that it is, or of its document."""
         return DOCUMENT if DOCUMENT in self._parts else next(iter(self._parts), "the upload")

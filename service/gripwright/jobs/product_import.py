@@ -11,6 +11,7 @@ from sqlalchemy.exc import IntegrityError
 from gripwright.cad.archive import PackageFiles
 from gripwright.cad.limits import Limits
 from gripwright.cad.package import Product, read_upload
+from gripwright.cad.spare import SpareReader
 from gripwright.domain.errors import Conflict, Fault, GripwrightError, LimitExceeded
 from gripwright.jobs.products import check_product, register_product
 from gripwright.store.artifacts import ArtifactStore
@@ -45,9 +46,16 @@ class ProductImport:
     """Imports packages one by one, each in a transaction of its own; all together have the time that one upload has."""
 
     def __init__(
-        self, database: Database, artifacts: ArtifactStore, limits: Limits, *, clock: Callable[[], datetime], dry_run: bool
+        self,
+        database: Database,
+        artifacts: ArtifactStore,
+        limits: Limits,
+        spare: SpareReader,
+        *,
+        clock: Callable[[], datetime],
+        dry_run: bool,
     ) -> None:
-        self._database, self._artifacts, self._limits = database, artifacts, limits
+        self._database, self._artifacts, self._limits, self._spare = database, artifacts, limits, spare
         self._clock, self._dry_run = clock, dry_run
         self._seen: dict[tuple[str, str], str] = {}  # of a dry run: what it would have stored by now
         self._ends_s = time.monotonic() + limits.seconds
@@ -86,7 +94,7 @@ class ProductImport:
         left_s = self._ends_s - time.monotonic()
         if left_s <= 0:
             raise LimitExceeded(f"the packages before this one took {self._limits.seconds:.0f} s, at most that for all of them")
-        return read_upload(package.files, replace(self._limits, seconds=left_s))
+        return read_upload(package.files, replace(self._limits, seconds=left_s), self._spare)
 
     def _store(self, product: Product) -> tuple[Outcome, str | None]:
         with self._database.write_sessions.begin() as session:

@@ -50,7 +50,7 @@ def create_product(
     dry_run: DryRun = False,
 ) -> object:
     """Upload a product: a package (.zip), CAD files with a `manifest` part, or one STEP assembly alone."""
-    product = read_upload(upload, service.package_limits)
+    product = read_upload(upload, service.package_limits, service.spare_reader)
     if dry_run:
         existing, _ = check_product(session, product)
         return JSONResponse(ImportedProductView.checked(upload.label, product, existing).model_dump())
@@ -67,8 +67,9 @@ def import_products(
     upload: UploadFiles, turn: HeavyTurn, service: Service, artifacts: Artifacts, dry_run: DryRun = False
 ) -> ProductImportView:
     """Upload several packages, as parts or in a .zip of packages. Each is stored or refused by itself: `outcome` says which."""
-    products = ProductImport(service.database, artifacts, service.package_limits, clock=utc_now, dry_run=dry_run)
-    done = products.run(packages_of(upload, service.package_limits, most=service.settings.import_max_packages))
+    limits = service.package_limits
+    products = ProductImport(service.database, artifacts, limits, service.spare_reader, clock=utc_now, dry_run=dry_run)
+    done = products.run(packages_of(upload, limits, most=service.settings.import_max_packages))
     return ProductImportView(dry_run=dry_run, items=[ImportedProductView.of(product) for product in done])
 
 
