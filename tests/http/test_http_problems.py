@@ -1,12 +1,10 @@
-import os
 import socket
-import subprocess
-import sys
 
 import httpx
 import pytest
 
 from service_factory import make_document, make_package
+from service_process import running_service
 
 API = "/api/v1"
 JSON = {"content-type": "application/json"}
@@ -110,19 +108,8 @@ def test_a_file_and_a_folder_of_the_same_name_are_refused(client, problem):
 @pytest.fixture(scope="module")
 def address(tmp_path_factory):
     """Of a service in a process of its own, without workers."""
-    environment = {"GRIPWRIGHT_DATA": str(tmp_path_factory.mktemp("data")), "GRIPWRIGHT_WORKERS": "0"}
-    service = subprocess.Popen(
-        [sys.executable, "-m", "gripwright.cli", "serve", "--port", "0"],
-        env={**os.environ, **environment},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
-    try:
-        yield service.stdout.readline().strip().removeprefix("Gripwright listens on ")
-    finally:
-        service.terminate()
-        service.communicate(timeout=30)
+    with running_service(workers=0, folder=tmp_path_factory.mktemp("served")) as service:
+        yield service.address
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from starlette.routing import compile_path
 
 from gripwright.domain.errors import Fault, GripwrightError
 from gripwright.http.head import STREAM
-from gripwright.store.engines import is_full
+from gripwright.store.engines import DATABASE_FAILURES, is_full
 from gripwright.store.files import FULL_ERRNOS
 
 _log = logging.getLogger(__name__)
@@ -138,8 +138,10 @@ def register_error_handlers(app: FastAPI) -> None:
     app.add_exception_handler(HTTPException, _framework_problem)
     app.add_exception_handler(IntegrityError, _integrity_problem)
     app.add_exception_handler(DataError, _data_problem)
-    app.add_exception_handler(OperationalError, database_problem)
+    for failure in DATABASE_FAILURES:
+        app.add_exception_handler(failure, database_problem)
     app.add_exception_handler(OSError, _system_problem)
+    app.add_exception_handler(Exception, _internal_problem)
 
 
 def domain_problem(request: Request, error: Exception) -> JSONResponse:
@@ -243,4 +245,9 @@ def _system_problem(request: Request, error: Exception) -> JSONResponse:
 def defect_problem(request: Request, error: Exception) -> JSONResponse:
     """The problem that a defect is: the log tells which, the answer does not."""
     _log.error("defect in %s %s", request.method, request.url.path, exc_info=error)
+    return _internal_problem(request, error)
+
+
+def _internal_problem(request: Request, error: Exception) -> JSONResponse:
+    """The same where the server tells the log: of a defect outside of all middleware."""
     return problem(500, "internal", "the service has a defect; its log says where")

@@ -75,6 +75,7 @@ def _document(app: FastAPI) -> dict[str, Any]:
         for method, operation in operations.items():
             scope = required_scope(method.upper(), path)
             _describe(operation)
+            _allow_sparse(operation, schemas)
             operation["security"] = [] if scope is None else [{"bearer": [scope.value]}]
             refusals = (400,) if scope is None else (400, 401, 403, 429, 503)
             operation["responses"] |= {str(status): answer for status, answer in problems(*refusals).items()}
@@ -97,6 +98,35 @@ def _describe(operation: dict[str, Any]) -> None:
     _exemplify(operation.get("requestBody", {}), REQUESTS.get(name))
     for status, answer in operation["responses"].items():
         _exemplify(answer, RESPONSES.get(name, {}).get(status))
+
+
+def _allow_sparse(operation: dict[str, Any], schemas: dict[str, Any]) -> None:
+    """Say that with `fields` an answer, or each item of a list, has some of its members alone."""
+    if not any(parameter["name"] == "fields" for parameter in operation.get("parameters", [])):
+        return
+    content = operation["responses"]["200"]["content"]["application/json"]
+    name = _model(content["schema"])
+    page = schemas[name]["properties"]
+    if "items" in page:
+        item = _model(page["items"]["items"])
+        items = {**page["items"], "items": {"$ref": _add_sparse(item, schemas)}}
+        sparse = _REF.format(model=f"Sparse{name}")
+        schemas[f"Sparse{name}"] = {**schemas[name], "title": f"Sparse{name}", "properties": {**page, "items": items}}
+    else:
+        sparse = _add_sparse(name, schemas)
+    content["schema"] = {"anyOf": [content["schema"], {"$ref": sparse}]}
+
+
+def _add_sparse(name: str, schemas: dict[str, Any]) -> str:
+    """The reference to a model like the named one of which no member is required."""
+    shared = {key: value for key, value in schemas[name].items() if key != "required"}
+    described = f"{name} with some of its members: those that `fields` names"
+    schemas[f"Sparse{name}"] = {**shared, "title": f"Sparse{name}", "description": described, "minProperties": 1}
+    return _REF.format(model=f"Sparse{name}")
+
+
+def _model(schema: dict[str, Any]) -> str:
+    return str(schema["$ref"]).rpartition("/")[2]
 
 
 def _exemplify(body: dict[str, Any], example: Any) -> None:

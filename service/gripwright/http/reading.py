@@ -59,7 +59,11 @@ def sparse_reading(
     if_none_match: IfNoneMatch = None,
     fields: Annotated[
         str | None,
-        Query(max_length=1000, description="names, separated by commas; nothing else is sent. Of a list: of its items"),
+        Query(
+            max_length=1000,
+            description="names, separated by commas; nothing else is sent. Of a list: of its items",
+            examples=["id"],
+        ),
     ] = None,
 ) -> Reading:
     """A read of all fields, or of some."""
