@@ -17,7 +17,7 @@ def packages_of(upload: UploadedFiles, limits: Limits, *, most: int) -> list[Pac
     if DOCUMENT in upload.names or not upload.names:
         fault = Fault("manifest" if upload.names else "package", "an import is made of .zip and STEP files alone")
         raise InvalidInput("the upload is no import", faults=(fault,))
-    packages = [package for name in sorted(upload.names) for package in _packages(name, upload, limits)]
+    packages = [package for name in upload.in_order for package in _packages(name, upload, limits)]
     if len(packages) > most:
         raise LimitExceeded(f"the import holds {len(packages)} packages, at most {most}")
     return packages

@@ -79,7 +79,7 @@ class UploadedFiles:
 
     def __init__(self, parts: dict[str, UploadFile | bytes], limits: Limits) -> None:
         self._parts, self._limits, self._total = parts, limits, 0
-        self.names = frozenset(parts)
+        self.names, self.in_order = frozenset(parts), tuple(parts)
 
     @property
     def label(self) -> str:
