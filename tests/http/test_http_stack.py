@@ -123,7 +123,7 @@ def test_nothing_is_posted_where_anybody_may_ask_under_a_key_or_not(client, prob
 
 
 @pytest.mark.parametrize("path", ["/products", "/products?dry_run=true", "/products/import", "/products/import?dry_run=true"])
-def test_uploads_may_be_as_large_as_uploads_may_be_and_other_bodies_as_other_bodies(client, problem, service, path):
+def test_uploads_may_be_as_large_as_uploads_may_be_and_other_bodies_as_other_bodies(client, problem, service, key, path):
     upload, other = service.settings.upload_max_bytes, service.settings.body_max_bytes
     fits, too_large = ({"package": ("p.zip", b"x" * size)} for size in (upload - 1000, upload))
 
@@ -132,6 +132,8 @@ def test_uploads_may_be_as_large_as_uploads_may_be_and_other_bodies_as_other_bod
 
     assert taken.status_code in (200, 422), taken.text
     problem(refused, 413, "limit-exceeded")
+    problem(client.post(f"{API}/gripper-sets", content=iter([b"{", b" " * other])), 413, "limit-exceeded")
+    problem(client.post(f"{API}/gripper-sets", content=iter([b"{", b" " * other]), headers=key), 413, "limit-exceeded")
     problem(client.post(f"{API}/gripper-sets", content=b"x" * (other + 1)), 413, "limit-exceeded")
     problem(client.post(f"{API}/actuators/import", content=b"x" * (other + 1)), 413, "limit-exceeded")
 

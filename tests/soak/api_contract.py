@@ -37,7 +37,13 @@ PRODUCTS = 12
 FILES = {"bom.csv": b"gripper\r\n", "report.html": b"<!doctype html>", "grippers/G1/finger.step": b"ISO-10303-21;" * 99}
 DESCRIPTION = describe_in_child()
 ALL_PHASES = "examples,coverage,fuzzing,stateful"
-ALLOWED = {"GRIPWRIGHT_WEBHOOK_PRIVATE_TARGETS": "true"}  # nothing is sent: it has no workers
+SETTINGS = {
+    "GRIPWRIGHT_ACCESS_REQUIRED": "true",
+    "GRIPWRIGHT_WEBHOOK_PRIVATE_TARGETS": "true",  # nothing is sent: it has no workers
+    "GRIPWRIGHT_RATE_READS": "1000000",  # "too many requests" would be the answer to most, and say nothing of them
+    "GRIPWRIGHT_RATE_WRITES": "1000000",
+    "GRIPWRIGHT_RATE_BURST": "1000000",
+}
 
 
 @dataclass(frozen=True)
@@ -61,7 +67,7 @@ def check(*, examples: int, seed: int, phases: str = ALL_PHASES, workers: int = 
     with tempfile.TemporaryDirectory(prefix="gripwright-contract-") as name:
         folder = Path(name)
         key = populate(folder / "data")
-        with running_service(workers=0, folder=folder, GRIPWRIGHT_ACCESS_REQUIRED="true", **ALLOWED) as service:
+        with running_service(workers=0, folder=folder, **SETTINGS) as service:
             started = time.monotonic()
             document = f"{service.address}/openapi.json"
             options = [document, "--phases", phases, "--max-examples", examples, "--seed", seed, "--workers", workers]

@@ -193,7 +193,7 @@ def _framework_problem(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     if error.status_code == 405 and request.method == "OPTIONS":
         return Response(status_code=204, headers=_options(_methods(request, error)))
-    code = HTTPStatus(error.status_code).phrase.lower().replace(" ", "-")
+    code = "limit-exceeded" if error.status_code == 413 else HTTPStatus(error.status_code).phrase.lower().replace(" ", "-")
     headers = dict(error.headers or {})
     if error.status_code == 405:
         headers["Allow"] = ", ".join(_methods(request, error))
