@@ -84,6 +84,7 @@ class Settings(BaseSettings):
     designs_per_worker: int = Field(default=4, ge=1, le=100, description="designs that one worker runs at a time")
     designs_per_client: int | None = Field(default=None, ge=1, description="designs of one client that run at a time; none: any")
     design_deadline_s: float | None = Field(default=None, gt=0, description="of a design that asks for no deadline; none: none")
+    event_days: int = Field(default=90, ge=1, le=36_500, description="how long the events of a job are kept after its end")
     plugins_allow: tuple[str, ...] | None = Field(default=None, description="distributions whose plug-ins may load; none: all")
     plugins_strict: bool = Field(default=False, description="a plug-in that fails to load is an error")
     upload_max_bytes: int = Field(default=512 * 2**20, ge=1, description="of one product upload")

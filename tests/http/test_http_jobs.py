@@ -1,3 +1,4 @@
+import json
 import threading
 import time
 from datetime import datetime
@@ -97,6 +98,19 @@ def test_events_tell_the_whole_story_and_end_with_the_job(client, design_id, job
     assert answer.headers["content-type"].startswith("text/event-stream")
     assert [kind for _, kind in events_of(answer.text)] == ["status", "status", "status"]
     assert '"status": "succeeded"' in answer.text
+
+
+def test_the_log_of_a_job_says_how_long_each_step_took_and_how_it_ended(client, design_id, jobs):
+    jobs.start(design_id, 1)
+    jobs.record_step(design_id, 1, "fit", 1.25, "done")
+    jobs.fail(design_id, 1, {"detail": "no"})
+    jobs.record_step(design_id, 1, "fit", 9.0, "too late")
+
+    text = client.get(f"/api/v1/jobs/{design_id}/events").text
+
+    logged = [json.loads(line.removeprefix("data: ")) for line in text.splitlines() if '"log":' in line]
+    assert [event["log"] for event in logged] == [{"stage": "fit", "seconds": 1.25, "message": "done"}]
+    assert datetime.fromisoformat(logged[0]["at"]).utcoffset() is not None
 
 
 def test_a_listener_that_comes_back_gets_what_it_missed_and_nothing_twice(client, design_id, jobs, finish):

@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import signal
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -53,6 +54,9 @@ def _act(inputs, plan, toolbox, ctx):
         case "once":
             if executed(log).count(f"begin:{name}") == 1:
                 raise ZeroDivisionError("only the first time")
+        case "killed-once":
+            if executed(log).count(f"begin:{name}") == 1:
+                os.kill(os.getpid(), signal.SIGKILL)
         case "raise":
             raise ZeroDivisionError("secret of the code")
         case "plugin":

@@ -1,11 +1,10 @@
 """A worker process with a calculation made for tests; everything else is real."""
 
 import dataclasses
+import importlib
 import logging
 import multiprocessing
 import os
-
-from fake_calculation import STAGES_AT, design
 
 from gripwright.jobs.child import preload
 from gripwright.jobs.steps import Workshop
@@ -23,8 +22,9 @@ def main():
     multiprocessing.get_context("forkserver").set_forkserver_preload(["fake_preload"])  # lighter than the real one
     preload()
     settings = load_settings()
-    workshop = dataclasses.replace(Workshop.of(settings), stages_at=STAGES_AT)
+    calculation = importlib.import_module(os.environ.get("FAKE_CALCULATION", "fake_calculation"))
+    workshop = dataclasses.replace(Workshop.of(settings), stages_at=calculation.STAGES_AT)
     tally = Tally(Database(settings.resolved_database_url))
     jobs, tracer = open_design_jobs(settings), tracer_from_environment()
-    work(DesignOffice(jobs=jobs, tally=tally, workshop=workshop, pipeline=design, tracer=tracer), settings)
+    work(DesignOffice(jobs=jobs, tally=tally, workshop=workshop, pipeline=calculation.design, tracer=tracer), settings)
     os._exit(0)

@@ -13,9 +13,10 @@ from gripwright.design.records import dumps
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.settings import Settings
 from gripwright.store.columns import new_id, utc_now
-from gripwright.store.designs import DesignRepository, JobRepository
+from gripwright.store.designs import DesignRepository, JobRepository, JobTerms
 from gripwright.store.engines import Database
-from gripwright.store.models import Base, DesignRow, JobEventRow, JobRow, ProductRow
+from gripwright.store.migrate import migrate
+from gripwright.store.models import DesignRow, JobEventRow, JobRow, ProductRow
 from gripwright.store.storage import open_artifacts
 from plugin_factory import ALL_KINDS, FAKE_OPTIONS, install
 
@@ -26,12 +27,12 @@ class Service:
         settings.data_dir.mkdir(parents=True, exist_ok=True)
         self.settings, self.log = settings, log
         self.database = Database(settings.resolved_database_url)
-        Base.metadata.create_all(self.database.write_engine)
+        migrate(self.database)
         self.artifacts = open_artifacts(settings.resolved_storage_url)
         self.workers = []
         self._product_id = self._add_product()
 
-    def request_design(self, words: str) -> str:
+    def request_design(self, words: str, **terms) -> str:
         """Queue a design; `words` say what its steps do, see `fake_calculation.design`."""
         task = AssemblyTask(part_number="P", revision="A", name=words, components=(), obstacles=(), operations=())
         design = DesignRow(
@@ -45,7 +46,7 @@ class Service:
             created_at=utc_now(),
         )
         with self.database.write_sessions.begin() as session:
-            DesignRepository(session).add(design, utc_now())
+            DesignRepository(session).add(design, utc_now(), JobTerms(**terms))
         return design.id
 
     def start_worker(self, *prefix):

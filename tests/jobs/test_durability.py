@@ -162,3 +162,60 @@ def test_a_queued_design_waits_for_a_worker_and_no_longer(service):
     assert service.wait(other).status == "succeeded"
     assert service.job(design_id).status == "cancelled"
     assert executed(service.log).count("begin:a") == 0
+
+
+def test_an_urgent_design_overtakes_those_that_wait(service):
+    usual = [service.request_design(f"usual-{number}") for number in range(8)]
+    urgent = service.request_design("urgent", priority=9)
+
+    service.start_worker()
+
+    for design_id in [*usual, urgent]:
+        service.wait(design_id)
+    begun = [line.removeprefix("begin:") for line in executed(service.log) if line.startswith("begin:")]
+    assert begun.index("urgent") < 4  # as many are begun at once, and their steps race
+    started = {design_id: service.job(design_id).started_at for design_id in [*usual, urgent]}
+    assert min(started, key=started.get) == urgent
+
+
+@pytest.mark.parametrize("words", ["late:hang", "late-and-waiting"])
+def test_a_design_ends_at_its_deadline_wherever_it_is(served, words):
+    crowd = [served.request_design(f"{words}-{number}:wait", priority=9) for number in range(4)] if "waiting" in words else []
+    for number in range(len(crowd)):
+        served.wait(crowd[number], status=("running",))
+    design_id = served.request_design(words, deadline_s=2.0)
+
+    job = served.wait(design_id)
+
+    assert (job.status, job.problem["code"]) == ("failed", "deadline-exceeded")
+    late_s = (job.finished_at - job.deadline_at).total_seconds()
+    assert 0.0 <= late_s < (2.5 if crowd else 1.0)
+    for number in range(len(crowd)):
+        served.let_go(f"{words}-{number}")
+    for waiting in crowd:
+        assert served.wait(waiting).status == "succeeded"
+
+
+def test_a_step_that_crashed_is_not_tried_for_another_design_until_somebody_asks(served):
+    first, second = (served.request_design(f"poison:segfault {name}") for name in ("a6", "b6"))
+    problems = [served.wait(design_id) and served.job(design_id).problem for design_id in (first, second)]
+
+    assert [problem["code"] for problem in problems] == ["step-failure", "quarantined"]
+    assert "crashed with SIGSEGV, once by now" in problems[1]["detail"]
+    assert executed(served.log).count("begin:poison") == 1
+
+    served.change(second, "retry")
+    assert served.wait(second).problem["code"] == "step-failure"
+    assert executed(served.log).count("begin:poison") == 2
+
+
+def test_a_step_whose_process_was_killed_is_tried_again_a_while_later(served):
+    design_id = served.request_design("a7 b7:killed-once")
+
+    job = served.wait(design_id)
+
+    assert (job.status, job.attempt, job.recoveries) == ("succeeded", 2, 1)
+    assert [executed(served.log).count(f"begin:{name}") for name in ("a7", "b7")] == [1, 2]
+    waits = [event.data for event in served.events(design_id) if event.data["not_before"] is not None]
+    assert [wait["status"] for wait in waits] == ["queued"]
+    assert "SIGKILL" in waits[0]["progress"]["message"]

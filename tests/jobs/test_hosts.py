@@ -4,6 +4,7 @@ import signal
 import time
 from datetime import timedelta
 
+import psutil
 import pytest
 from service import make_service
 
@@ -76,6 +77,18 @@ def test_a_worker_that_is_told_to_end_leaves_its_work_to_others_at_once(service)
 
     assert service.wait(design_id).status == "succeeded"
     assert set(standing(service)) == {second.pid}
+
+
+def test_a_killed_worker_leaves_no_process_behind_though_its_step_hangs(service):
+    worker = service.start_worker()
+    service.request_design("a:hang")
+    service.wait_for_step("begin:a")
+    family = psutil.Process(worker.pid).children(recursive=True)
+    assert len(family) >= 2
+
+    service.kill_worker(worker)
+
+    service.wait_for(lambda: not [one for one in family if one.is_running() and one.status() != psutil.STATUS_ZOMBIE], 10.0)
 
 
 def test_a_lease_that_is_struck_off_ends_its_worker_and_cannot_be_renewed(register):

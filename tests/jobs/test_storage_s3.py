@@ -24,7 +24,7 @@ def test_a_design_is_computed_and_downloaded_from_s3_and_finished_steps_do_not_r
     assert executed(service.log).count("begin:a") == 1
     assert not (service.settings.data_dir / "artifacts").exists()
     assert not (service.settings.data_dir / "steps").exists()
-    client = TestClient(create_app(service.settings))
+    client = TestClient(create_app(service.settings), base_url="http://localhost")
     url = f"/api/v1/designs/{first.id}/files/design.json"
     whole = client.get(url)
     assert whole.json()["status"] == "complete"

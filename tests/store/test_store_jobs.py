@@ -11,7 +11,7 @@ from gripwright.store.columns import new_id, utc_now
 from gripwright.store.designs import DesignRepository, JobRepository, JobTerms
 from gripwright.store.events import EventRepository
 from gripwright.store.jobs import PAUSES_S, StoredDesignJobs
-from gripwright.store.models import DesignRow, WebhookDeliveryRow, WebhookRow
+from gripwright.store.models import DesignRow, JobRow, WebhookDeliveryRow, WebhookRow
 from gripwright.store.webhooks import WebhookRepository
 from service_factory import store_product
 
@@ -60,7 +60,7 @@ def test_what_was_queued_waits_in_order_until_a_worker_takes_it(queue, jobs):
     assert [design_id for design_id, _ in jobs.undispatched(2)] == ids[:2]
     assert take(jobs, per_worker=1) == ids[:1]
     assert jobs.undispatched(10) == [(ids[1], 1), (ids[2], 1)]
-    assert jobs.claimed() == [(ids[0], 1)]
+    assert jobs.watched() == [(ids[0], 1, "queued", False)]
 
 
 def test_a_worker_takes_no_more_than_it_may_run(queue, jobs):
@@ -137,9 +137,9 @@ def test_a_job_past_its_deadline_is_told_to_stop_and_found(queue, jobs):
     early, late, none = queue(deadline_s=600.0), queue(deadline_s=-1.0), queue()
 
     assert [jobs.stop_reason(design_id, 1) for design_id in (early, late, none)] == [None, "deadline-exceeded", None]
-    assert jobs.overdue() == [(late, 1)]
+    assert jobs.watched() == [(late, 1, "queued", True)]
     jobs.fail(late, 1, {"code": "deadline-exceeded", "detail": "late"})
-    assert jobs.overdue() == []
+    assert jobs.watched() == []
 
 
 def test_a_step_in_quarantine_is_released_by_the_retry_of_a_job_that_failed_in_it(queue, jobs, database):
@@ -170,7 +170,7 @@ def test_a_job_starts_once_and_a_recovery_may_start_it_again(queue, jobs, databa
     assert jobs.start(design_id, 1)
     assert job_of(database, design_id).started_at == started_at
     assert not jobs.start(design_id, 2)
-    assert jobs.running() == [(design_id, 1)]
+    assert jobs.watched() == [(design_id, 1, "running", False)]
 
 
 def test_a_job_ends_exactly_once(queue, jobs, database, artifacts):
@@ -235,6 +235,22 @@ def test_the_end_of_a_job_queues_a_message_to_those_who_asked_for_it(queue, jobs
     with database.read_sessions() as session:
         messages = session.query(WebhookDeliveryRow).all()
     assert [(message.webhook_id, message.status) for message in messages] == [("all", "pending")]
+
+
+def test_the_history_of_what_ended_long_ago_is_forgotten_and_of_nothing_else(queue, jobs, database):
+    old, recent, running = queue(), queue(), queue()
+    for design_id in (old, recent, running):
+        jobs.start(design_id, 1)
+    for design_id in (old, recent):
+        jobs.fail(design_id, 1, {"detail": "no"})
+    jobs.quarantine("a" * 64, stage="fit", plugin=None, detail="crashed")
+    with database.write_sessions.begin() as session:
+        session.get(JobRow, old).finished_at = utc_now() - timedelta(days=8)
+
+    jobs.forget(7)
+
+    assert [len(kinds_of(database, design_id)) for design_id in (old, recent, running)] == [0, 3, 2]
+    assert jobs.quarantined("a" * 64).times == 1
 
 
 def test_times_come_back_with_their_zone_and_naive_ones_are_refused(queue, database):

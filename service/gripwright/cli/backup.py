@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from sqlalchemy import inspect
 
 from gripwright.domain.errors import Conflict
 from gripwright.jobs.catalogue import prepared_database
@@ -15,7 +14,7 @@ from gripwright.store.engines import Database
 from gripwright.store.named import named_artifacts
 from gripwright.store.storage import open_artifacts
 from gripwright.store.transfer import copy_artifacts, copy_rows, snapshot
-from gripwright.store.workers import WorkerRepository
+from gripwright.store.workers import standing_workers
 
 
 def backup(folder: Annotated[Path, typer.Argument(metavar="DIR", help="new, or that of an earlier backup")]) -> None:
@@ -67,13 +66,9 @@ def copy(
 
 def _require_silence(settings: Settings, database: Database) -> None:
     """Conflict where a worker lives: it would go on with what is no more."""
-    if not inspect(database.read_engine).has_table("worker"):
-        return
-    with database.read_sessions() as session:
-        standing = WorkerRepository(session).all()
     living = [
         worker.row
-        for worker in standing
+        for worker in standing_workers(database)
         if worker.silent_s <= settings.worker_lease_s and not ProcessName.parse(worker.row.process).is_surely_gone()
     ]
     if living:

@@ -35,5 +35,7 @@ def _next_events(database: Database, job_id: str, after: int) -> tuple[list[Serv
     with database.read_sessions() as session:
         job = JobRepository(session).find(job_id)
         rows = EventRepository(session).after(job_id, after, _PAGE)
-        events = [ServerSentEvent(id=str(row.id), event=row.kind, data=row.data) for row in rows]
+        events = [
+            ServerSentEvent(id=str(row.id), event=row.kind, data={"at": row.created_at.isoformat(), **row.data}) for row in rows
+        ]
         return events, job is None or job.status in _FINAL

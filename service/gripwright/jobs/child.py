@@ -213,6 +213,7 @@ def _main(work: Work, argument: Any, limits: Limits, sender: Connection) -> None
     """The child's life."""
     _confine(limits)
     lock = threading.Lock()
+    _let_go_of_server()
 
     def send(kind: str, body: Any) -> None:
         with lock:
@@ -253,6 +254,14 @@ def _log_for_child(name: str, level: int, message: str, trace: str | None) -> No
     record.exc_text = trace
     if logger.isEnabledFor(level):
         logger.handle(record)
+
+
+def _let_go_of_server() -> None:
+    """Close the server's lifeline, of which a child has an end: it would keep the server, and so itself, beyond the worker."""
+    server: Any = forkserver._forkserver
+    lifeline, server._forkserver_alive_fd = server._forkserver_alive_fd, None
+    if lifeline is not None:
+        os.close(lifeline)
 
 
 def _confine(limits: Limits) -> None:

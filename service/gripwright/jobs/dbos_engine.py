@@ -1,4 +1,4 @@
-"""The job engine on DBOS Transact; the only file that knows it.
+"""The job engine on DBOS Transact; the only file that knows it, but for `dbos_database`.
 
 A design is a workflow of the worker that took it; each of its steps is a workflow of the queue `cpu`, wherever a worker is free.
 What DBOS records is small JSON: results of steps are in the step store. A workflow that a killed process left behind is run again
@@ -6,11 +6,9 @@ by its successor: calls that DBOS recorded are not made again, steps that are st
 """
 
 import logging
-import sqlite3
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from dbos import DBOS, DBOSConfig, SetEnqueueOptions, SetWorkflowID, WorkflowSerializationFormat, WorkflowStatusString
@@ -20,6 +18,7 @@ from gripwright.design.plan import Plan
 from gripwright.design.runner import Ref
 from gripwright.design.toolbox import PluginVersion
 from gripwright.domain.errors import Cancelled, GripwrightError
+from gripwright.jobs.dbos_database import engine_options, prepare_database
 from gripwright.jobs.engine import JobState, PassingFailure, Quarantined, StepBroke, StepFailure
 from gripwright.jobs.observed_step import observed_design, observed_hits, run_observed_step
 from gripwright.jobs.outcomes import Told, error_of, outcome, told, value_of
@@ -28,12 +27,14 @@ from gripwright.jobs.steps import StepCall, load_stages, step_call
 from gripwright.jobs.stopping import StopSign
 from gripwright.jobs.workflow import DesignOffice, persistently, run_design
 from gripwright.store.designs import PRIORITY_MAX
-from gripwright.store.engines import NETWORK, PASSING_ERRORS
+from gripwright.store.engines import PASSING_ERRORS
 
 log = logging.getLogger(__name__)
 
 CPU_QUEUE = "cpu"
 _POLL_S = 0.1
+_IDLE_POLL_S = 0.5
+_UNUSED_S = 60.0  # between looks at what this service has none of: notifications, schedules
 _STEP_RECOVERIES = 3  # a step that takes its whole worker down so often is given up
 _QUEUED, _BEGUN = WorkflowStatusString.ENQUEUED.value, WorkflowStatusString.PENDING.value
 _ACTIVE = (_QUEUED, _BEGUN, WorkflowStatusString.DELAYED.value)
@@ -51,14 +52,16 @@ class DbosEngine:
             application_version=gripwright.__version__,
             executor_id=executor,
             log_level="WARNING",
-            db_engine_kwargs=_engine_options(database_url),
+            db_engine_kwargs=engine_options(database_url),
+            notification_listener_polling_interval_sec=_UNUSED_S,
+            scheduler_polling_interval_sec=_UNUSED_S,
         )
         DBOS(config=config)
         self._run_design, self._run_step = self._workflows()
 
     def start(self) -> None:
         """Begin to work."""
-        _use_wal(self._database_url)
+        prepare_database(self._database_url)
         DBOS.launch()
         DBOS.register_queue(CPU_QUEUE, worker_concurrency=self._steps_at_a_time, polling_interval_sec=_POLL_S)
 
@@ -87,6 +90,12 @@ class DbosEngine:
         """Continue what a dead executor left behind; where several workers do it, each piece is continued by one of them."""
         DBOS._recover_pending_workflows([executor])  # DBOS has no public way without its cloud
 
+    def pace(self, *, busy: bool) -> None:
+        """Look for steps often while there are designs, and seldom while there are none: an idle worker costs nothing else."""
+        queue, interval_s = DBOS.retrieve_queue(CPU_QUEUE), _POLL_S if busy else _IDLE_POLL_S
+        if queue is not None and queue.polling_interval_sec != interval_s:
+            queue.set_polling_interval_sec(interval_s)
+
     def stop(self) -> None:
         """Take no more work; what runs is left to whoever starts next."""
         DBOS.destroy(workflow_completion_timeout_sec=0)
@@ -96,7 +105,11 @@ class DbosEngine:
             name="step", max_recovery_attempts=_STEP_RECOVERIES, serialization_type=WorkflowSerializationFormat.PORTABLE
         )
         def step(design_id: str, attempt: int, call: StepCall, place: list[int]) -> Told | None:
-            return self._compute(design_id, attempt, call, place)
+            begun_s = time.monotonic()
+            problem = self._compute(design_id, attempt, call, place)
+            seconds, ending = round(time.monotonic() - begun_s, 3), "done" if problem is None else problem["detail"]
+            _unless_away(lambda: self._office.jobs.record_step(design_id, attempt, call["stage"], seconds, ending))
+            return problem
 
         @DBOS.workflow(name="design", serialization_type=WorkflowSerializationFormat.PORTABLE)
         def design(design_id: str, attempt: int) -> None:
@@ -269,18 +282,3 @@ def _unless_away(record: Callable[[], None]) -> None:
 
 def _text(value: object) -> str | None:
     return None if value is None else str(value)
-
-
-def _engine_options(database_url: str) -> dict[str, Any]:
-    """Connections that end in time when a host is cut off."""
-    return {} if database_url.startswith("sqlite") else {"connect_args": dict(NETWORK)}
-
-
-def _use_wal(database_url: str) -> None:
-    """DBOS leaves SQLite in its rollback journal, where readers and writers block each other; the mode stays in the file."""
-    scheme, _, path = database_url.partition(":///")
-    if scheme.startswith("sqlite"):
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        with sqlite3.connect(path) as connection:
-            connection.execute("PRAGMA journal_mode=WAL")
-        connection.close()

@@ -3,11 +3,11 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 
-from gripwright.domain.errors import GripwrightError
+from gripwright.domain.errors import GripwrightError, InsufficientStorage, StorageUnavailable
 
 if TYPE_CHECKING:
     from gripwright.store.claims import DesignLimits
-    from gripwright.store.jobs import DesignSnapshot, Quarantine, StopReason, Told
+    from gripwright.store.jobs import DesignSnapshot, Quarantine, StopReason, Told, WatchedJob
 
 OnProgress = Callable[[float, str, str], None]
 """Takes the fraction of the design that is done (0..1), the stage, and a message."""
@@ -51,16 +51,8 @@ class DesignJobs(Protocol):
         """(design, attempt) that this worker runs next: the most urgent first, as many as the limits allow."""
         ...
 
-    def claimed(self) -> Sequence[tuple[str, int]]:
-        """(design, attempt) that a worker has taken and not yet started."""
-        ...
-
-    def overdue(self) -> Sequence[tuple[str, int]]:
-        """(design, attempt) that wait or run and whose deadline is over."""
-        ...
-
-    def running(self) -> Sequence[tuple[str, int]]:
-        """(design, attempt) that started and have not ended."""
+    def watched(self) -> "Sequence[WatchedJob]":
+        """Those that a worker has taken, and those that wait and whose deadline is over."""
         ...
 
     def start(self, design_id: str, attempt: int, worker: str) -> bool:
@@ -77,6 +69,14 @@ class DesignJobs(Protocol):
 
     def record_progress(self, design_id: str, attempt: int, fraction: float, stage: str, message: str) -> None:
         """How far it is. A fraction lower than the recorded one is not recorded."""
+        ...
+
+    def record_step(self, design_id: str, attempt: int, stage: str, seconds: float, ending: str) -> None:
+        """How a step of it ended, and how long it took."""
+        ...
+
+    def forget(self, days: int) -> None:
+        """Remove the history of what ended that long ago."""
         ...
 
     def stop_reason(self, design_id: str, attempt: int) -> "StopReason | None":
@@ -131,9 +131,18 @@ class JobEngine(Protocol):
         """Continue what a dead executor left behind; where several workers do it, each piece is continued by one of them."""
         ...
 
+    def pace(self, *, busy: bool) -> None:
+        """Look for work often, or, while there are no designs, seldom."""
+        ...
+
     def stop(self) -> None:
         """Take no more work; what runs is left to whoever starts next."""
         ...
+
+
+def may_heal(error: GripwrightError) -> bool:
+    """Whether it is worth another try, a while later."""
+    return isinstance(error, PassingFailure) or error.code in (StorageUnavailable.code, InsufficientStorage.code)
 
 
 def problem_of(error: GripwrightError) -> dict[str, Any]:

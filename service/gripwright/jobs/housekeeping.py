@@ -8,7 +8,6 @@ import threading
 import time
 from dataclasses import dataclass
 
-from sqlalchemy import func, select
 from sqlalchemy.exc import DBAPIError
 
 from gripwright.domain.errors import StorageUnavailable
@@ -16,7 +15,7 @@ from gripwright.settings import Settings
 from gripwright.store.artifacts import artifact_name
 from gripwright.store.engines import Database
 from gripwright.store.files import Files
-from gripwright.store.models import JobRow
+from gripwright.store.named import oldest_start
 from gripwright.store.storage import ARTIFACTS, STEPS, open_files
 from gripwright.store.transfer import names_in
 from gripwright.store.workers import WorkerRegister
@@ -78,10 +77,8 @@ def _remove_spare_steps(steps: Files, *, keep_after_s: float, before_s: float, m
 
 
 def _needed_since(database: Database, now_s: float) -> float:
-    """The moment since when whatever was used may be needed still: the start of the design that has run longest."""
-    query = select(func.min(JobRow.started_at)).where(JobRow.status == "running")
-    with database.read_sessions() as session:
-        started = session.scalar(query)
+    """The moment since when whatever was used may be needed still."""
+    started = oldest_start(database)
     recent_s = now_s - _RECENT_S
     return recent_s if started is None else min(recent_s, started.timestamp())
 

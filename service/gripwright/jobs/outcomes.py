@@ -5,7 +5,7 @@ from typing import Any
 
 from gripwright.domain.errors import Cancelled, Fault, GripwrightError
 from gripwright.jobs.child import Refused
-from gripwright.jobs.engine import DeadlineExceeded, PassingFailure, problem_of
+from gripwright.jobs.engine import DeadlineExceeded, PassingFailure, may_heal, problem_of
 
 Told = dict[str, Any]
 """A problem (see `problem_of`), and beside it whether it may heal and the key of the step it arose in."""
@@ -13,7 +13,7 @@ Told = dict[str, Any]
 
 def told(error: GripwrightError) -> Told:
     """An error as JSON."""
-    return {**problem_of(error), "heals": isinstance(error, PassingFailure), "step": error.context.get("step")}
+    return {**problem_of(error), "heals": may_heal(error), "step": error.context.get("step")}
 
 
 def error_of(problem: Mapping[str, Any]) -> GripwrightError:
@@ -24,7 +24,7 @@ def error_of(problem: Mapping[str, Any]) -> GripwrightError:
         return Cancelled(detail)
     if problem["code"] == DeadlineExceeded.code:
         return DeadlineExceeded(detail, **context)
-    if problem["heals"]:
+    if problem["heals"] and problem["code"] == PassingFailure.code:
         return PassingFailure(detail, faults=faults, **context)
     return Refused(problem["code"], detail, faults, **context)
 

@@ -17,7 +17,7 @@ from gripwright.jobs.hosts import Lease, Watch, join_workers
 from gripwright.jobs.housekeeping import Housekeeping
 from gripwright.jobs.steps import Workshop
 from gripwright.jobs.stopping import deadline_exceeded
-from gripwright.jobs.supervisor import LIFELINE
+from gripwright.jobs.supervisor import LIFELINE, beat
 from gripwright.jobs.tally import Tally
 from gripwright.jobs.workflow import DesignOffice
 from gripwright.logs import of_this_process, take_over
@@ -34,6 +34,7 @@ log = logging.getLogger(__name__)
 
 _DISPATCH_S = 0.2
 _SWEEP_S = 2.0
+_CLEARING_S = 3600.0
 _NICENESS = 10  # computing leaves the cores to whatever answers somebody who waits: the service, a database
 
 
@@ -59,6 +60,7 @@ def work(office: DesignOffice, settings: Settings) -> None:
     """Run the designs of an office until the process is told to end."""
     stop = threading.Event()
     _on_end(stop.set)
+    beat()
     limits = DesignLimits(per_worker=settings.designs_per_worker, per_client=settings.designs_per_client)
     lease, watch = join_workers(settings)
     engine = DbosEngine(office, database_url=jobs_database_url(settings), executor=lease.id)
@@ -70,13 +72,16 @@ def work(office: DesignOffice, settings: Settings) -> None:
     of_this_process(worker=lease.id)
     housekeeping.start()
     log.info("worker %s is ready", lease.id)
-    next_sweep_s = time.monotonic()
+    next_sweep_s = next_clearing_s = time.monotonic()
     while not stop.wait(_DISPATCH_S):
         try:
             dispatch(office.jobs, engine, lease.id, limits)
             if time.monotonic() >= next_sweep_s:
                 next_sweep_s = time.monotonic() + _SWEEP_S
                 sweep(office.jobs, engine, lease, watch)
+            if time.monotonic() >= next_clearing_s:
+                next_clearing_s = time.monotonic() + _CLEARING_S
+                office.jobs.forget(settings.event_days)
         except PASSING_ERRORS as error:
             log.warning("nothing is taken from the queue now: %s", error)
     housekeeping.stop()
@@ -89,12 +94,15 @@ def work(office: DesignOffice, settings: Settings) -> None:
 
 def dispatch(jobs: DesignJobs, engine: JobEngine, worker: str, limits: DesignLimits) -> None:
     """Begin as many of the designs that wait as may run now."""
-    for design_id, attempt in jobs.claim(worker, limits):
+    claimed = jobs.claim(worker, limits)
+    if claimed:
+        engine.pace(busy=True)
+    for design_id, attempt in claimed:
         engine.submit(design_id, attempt)
 
 
 def sweep(jobs: DesignJobs, engine: JobEngine, lease: Lease, watch: Watch) -> None:
-    """Continue what dead workers left behind, and fail what nobody will ever continue."""
+    """Continue what dead workers left behind, and end what is late or what nobody will ever continue."""
     at_work = engine.at_work()  # before the look at who lives: whoever begins something has a lease by then
     lease.steps = at_work.get(lease.id, 0)
     living = watch.living()
@@ -103,13 +111,16 @@ def sweep(jobs: DesignJobs, engine: JobEngine, lease: Lease, watch: Watch) -> No
         return
     for executor in at_work.keys() - living:
         engine.take_over(executor)
-    for design_id, attempt in jobs.claimed():
-        engine.submit(design_id, attempt)  # its worker died before it did
-    for design_id, attempt in jobs.overdue():
-        jobs.fail(design_id, attempt, problem_of(deadline_exceeded()))
-    for design_id, attempt in jobs.running():
-        if engine.state(design_id, attempt) != "active":
-            jobs.put_back(design_id, attempt, problem_of(PassingFailure("its worker ended, or was replaced by another version")))
+    watched = jobs.watched()
+    engine.pace(busy=bool(watched))
+    for job in watched:
+        if job.is_late:
+            jobs.fail(job.design_id, job.attempt, problem_of(deadline_exceeded()))
+        elif job.status == "queued":
+            engine.submit(job.design_id, job.attempt)  # its worker died before it did
+        elif engine.state(job.design_id, job.attempt) != "active":
+            failure = PassingFailure("its worker ended, or was replaced by another version")
+            jobs.put_back(job.design_id, job.attempt, problem_of(failure))
 
 
 def jobs_database_url(settings: Settings) -> str:

@@ -14,7 +14,7 @@ from gripwright.design.toolbox import PluginVersion
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.errors import Cancelled, GripwrightError
 from gripwright.domain.gripper import Actuator
-from gripwright.jobs.engine import DesignJobs, PassingFailure, problem_of
+from gripwright.jobs.engine import DesignJobs, PassingFailure, may_heal, problem_of
 from gripwright.jobs.steps import Workshop, resolve_plan
 from gripwright.jobs.stopping import StopSign
 from gripwright.jobs.tally import Tally
@@ -98,7 +98,7 @@ def _attempted(
         return lambda: jobs.cancelled(design_id, attempt)
     except GripwrightError as error:
         problem, step = problem_of(error), cast("str | None", error.context.get("step"))
-        end = jobs.put_back if isinstance(error, PassingFailure) else jobs.fail
+        end = jobs.put_back if may_heal(error) else jobs.fail
         return lambda: end(design_id, attempt, problem, step=step)
     except PASSING_ERRORS as error:
         log.warning("design %s: %s", design_id, error)

@@ -9,7 +9,8 @@ from sqlalchemy.orm import Session
 from gripwright.store.models import JobRow
 
 _LOCK = 5_071_306  # any number that nothing else locks
-_ACTIVE = or_(JobRow.status == "running", and_(JobRow.status == "queued", JobRow.dispatched))
+ACTIVE = or_(JobRow.status == "running", and_(JobRow.status == "queued", JobRow.dispatched))
+"""Running, or taken by a worker that starts it in a moment."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +34,7 @@ def claim(session: Session, worker: str, limits: DesignLimits, now: datetime) ->
     """
     if session.get_bind().dialect.name == "postgresql":
         session.execute(text(f"SELECT pg_advisory_xact_lock({_LOCK})"))
-    own = session.scalar(select(func.count()).where(_ACTIVE, JobRow.worker == worker)) or 0
+    own = session.scalar(select(func.count()).where(ACTIVE, JobRow.worker == worker)) or 0
     taken: list[tuple[str, int]] = []
     while own + len(taken) < limits.per_worker:
         job = session.scalar(_next(limits, now))
@@ -46,7 +47,7 @@ def claim(session: Session, worker: str, limits: DesignLimits, now: datetime) ->
 
 
 def _next(limits: DesignLimits, now: datetime) -> Select[JobRow]:
-    running = select(JobRow.client, func.count().label("number")).where(_ACTIVE).group_by(JobRow.client).subquery()
+    running = select(JobRow.client, func.count().label("number")).where(ACTIVE).group_by(JobRow.client).subquery()
     number = func.coalesce(running.c.number, 0)
     query = (
         select(JobRow)

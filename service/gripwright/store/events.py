@@ -4,7 +4,7 @@ import json
 from datetime import datetime
 from typing import Any, Literal, get_args
 
-from sqlalchemy import select
+from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from gripwright.store.models import DesignRow, JobEventRow, JobRow, WebhookRow
@@ -14,10 +14,10 @@ EventName = Literal["design.complete", "design.incomplete", "design.failed", "de
 WEBHOOK_EVENTS: tuple[EventName, ...] = get_args(EventName)
 
 
-def record_event(session: Session, job: JobRow, kind: str, now: datetime) -> None:
-    """Append an event with the job's present state; `kind` is "status" or "progress"."""
+def record_event(session: Session, job: JobRow, kind: str, now: datetime, **more: Any) -> None:
+    """Append an event with the job's present state; `kind` is "status", "progress" or "log"."""
     job.updated_at = now
-    session.add(JobEventRow(job_id=job.id, kind=kind, data=job_state(job), created_at=now))
+    session.add(JobEventRow(job_id=job.id, kind=kind, data={**job_state(job), **more}, created_at=now))
 
 
 def job_state(job: JobRow) -> dict[str, Any]:
@@ -52,3 +52,8 @@ class EventRepository:
         """Up to `limit` events of a job in order, strictly after `event_id`."""
         query = select(JobEventRow).where(JobEventRow.job_id == job_id, JobEventRow.id > event_id)
         return list(self._session.scalars(query.order_by(JobEventRow.id).limit(limit)))
+
+    def remove_before(self, moment: datetime) -> None:
+        """Remove what happened to jobs that ended earlier."""
+        over = select(JobRow.id).where(JobRow.finished_at < moment)
+        self._session.execute(delete(JobEventRow).where(JobEventRow.job_id.in_(over)))

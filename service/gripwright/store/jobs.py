@@ -5,17 +5,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
-from sqlalchemy import select
+from sqlalchemy import and_, or_, select
 from sqlalchemy.orm import Session
 
 from gripwright.settings import Settings
 from gripwright.store.artifacts import ArtifactStore
-from gripwright.store.claims import DesignLimits, claim, waiting
+from gripwright.store.claims import ACTIVE, DesignLimits, claim, waiting
 from gripwright.store.columns import utc_now
 from gripwright.store.engines import Database
-from gripwright.store.events import queue_webhooks, record_event
+from gripwright.store.events import EventRepository, queue_webhooks, record_event
 from gripwright.store.media_types import media_type_of
 from gripwright.store.models import DesignFileRow, DesignRow, JobRow
 from gripwright.store.quarantine import QuarantineRepository
@@ -59,6 +59,15 @@ class Told:
     started_at: datetime | None
 
 
+class WatchedJob(NamedTuple):
+    """A job that a worker has taken, or whose deadline is over."""
+
+    design_id: str
+    attempt: int
+    status: str  # "queued": taken and not yet started; "running"
+    is_late: bool
+
+
 class StoredDesignJobs:
     """The queue of designs in the database. A job ends exactly once: what comes after its end changes nothing."""
 
@@ -76,18 +85,16 @@ class StoredDesignJobs:
         with self._database.write_sessions.begin() as session:
             return claim(session, worker, limits, utc_now())
 
-    def claimed(self) -> Sequence[tuple[str, int]]:
-        """(design id, attempt) of jobs that a worker has taken and not yet started."""
-        return self._pairs(select(JobRow.id, JobRow.attempt).where(JobRow.status == "queued", JobRow.dispatched))
-
-    def overdue(self) -> Sequence[tuple[str, int]]:
-        """(design id, attempt) of queued and running jobs whose deadline is over."""
-        query = select(JobRow.id, JobRow.attempt).where(JobRow.status.in_(_OPEN), JobRow.deadline_at <= utc_now())
-        return self._pairs(query)
-
-    def running(self) -> Sequence[tuple[str, int]]:
-        """(design id, attempt) of running jobs."""
-        return self._pairs(select(JobRow.id, JobRow.attempt).where(JobRow.status == "running"))
+    def watched(self) -> Sequence[WatchedJob]:
+        """The jobs that somebody must look after: all but those that may still wait."""
+        now = utc_now()
+        is_late = and_(JobRow.status == "queued", JobRow.deadline_at <= now)
+        query = select(JobRow.id, JobRow.attempt, JobRow.status, JobRow.deadline_at).where(or_(ACTIVE, is_late))
+        with self._database.read_sessions() as session:
+            rows = session.execute(query).all()
+        return [
+            WatchedJob(row.id, row.attempt, row.status, row.deadline_at is not None and row.deadline_at <= now) for row in rows
+        ]
 
     def start(self, design_id: str, attempt: int, worker: str = "") -> bool:
         """Queued → running; also true where this attempt runs already (recovery), false where it was cancelled or is over."""
@@ -124,6 +131,19 @@ class StoredDesignJobs:
             if job is not None:
                 job.fraction, job.stage, job.message = max(job.fraction, min(fraction, 1.0)), stage, message
                 record_event(session, job, "progress", utc_now())
+
+    def record_step(self, design_id: str, attempt: int, stage: str, seconds: float, ending: str) -> None:
+        """How a step ended, for the job's history."""
+        with self._attempt(design_id, attempt, ("running",)) as (session, job):
+            if job is not None:
+                record_event(session, job, "log", utc_now(), log={"stage": stage, "seconds": seconds, "message": ending})
+
+    def forget(self, days: int) -> None:
+        """Remove the events of jobs that ended that long ago, and what was quarantined so long ago."""
+        moment = utc_now() - timedelta(days=days)
+        with self._database.write_sessions.begin() as session:
+            EventRepository(session).remove_before(moment)
+            QuarantineRepository(session).remove_before(moment)
 
     def stop_reason(self, design_id: str, attempt: int) -> StopReason | None:
         """Why an attempt must not go on: the caller asked to stop, it is gone or over, or it has taken too long."""

@@ -1,10 +1,12 @@
-"""Which artifacts the database names: what is kept, copied and backed up."""
+"""What the database needs of the storage: the artifacts that it names, and the time since when steps may be in use."""
 
 from collections.abc import Iterator
+from datetime import datetime
 
-from sqlalchemy import Connection, select, union
+from sqlalchemy import Connection, func, select, union
 
-from gripwright.store.models import ComponentRow, DesignFileRow, DesignRow, ProductRow
+from gripwright.store.engines import Database
+from gripwright.store.models import ComponentRow, DesignFileRow, DesignRow, JobRow, ProductRow
 
 ARTIFACT_COLUMNS = (
     ProductRow.content_sha256,
@@ -22,3 +24,9 @@ def named_artifacts(connection: Connection) -> Iterator[str]:
     names = union(*(select(column.label("sha256")) for column in ARTIFACT_COLUMNS)).subquery()
     for row in connection.execute(select(names.c.sha256).order_by(names.c.sha256)):
         yield row.sha256
+
+
+def oldest_start(database: Database) -> datetime | None:
+    """When the design started that has run longest; None where none runs."""
+    with database.read_sessions() as session:
+        return session.scalar(select(func.min(JobRow.started_at)).where(JobRow.status == "running"))

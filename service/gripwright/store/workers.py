@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from sqlalchemy import DateTime, delete, func, select, update
+from sqlalchemy import DateTime, delete, func, inspect, select, update
 from sqlalchemy.orm import Session
 
 from gripwright.store.columns import utc_now
@@ -73,3 +73,11 @@ class WorkerRegister:
         """Every worker that has neither ended nor been taken over."""
         with self._database.read_sessions() as session:
             return list(session.scalars(select(WorkerRow)))
+
+
+def standing_workers(database: Database) -> list[WorkerStanding]:
+    """Every worker; none where the database is so new, or so old, that it has no table of them."""
+    if not inspect(database.read_engine).has_table(WorkerRow.__tablename__):
+        return []
+    with database.read_sessions() as session:
+        return WorkerRepository(session).all()

@@ -38,7 +38,7 @@ DesignStatus = Annotated[
     status_code=status.HTTP_202_ACCEPTED,
     responses={
         201: {"model": DesignView, "description": "It has ended within the time of `Prefer: wait=n`"},
-        **problems(404, 409, 415, 422),
+        **problems(404, 409, 415, 422, 507),
     },
     openapi_extra=PREFER,
 )

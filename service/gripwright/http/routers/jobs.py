@@ -114,6 +114,6 @@ async def follow_job_events(
     service: Service,
     last_event_id: Annotated[int, Header(ge=0, le=2**63 - 1, description="go on after this event")] = 0,
 ) -> AsyncIterator[ServerSentEvent]:
-    """Server-Sent Events `status` and `progress` from the beginning, or after `Last-Event-ID`, until the job has ended."""
+    """Server-Sent Events `status`, `progress` and `log` (how a step ended), or those after `Last-Event-ID`, until the end."""
     async for event in follow_job(service.database, job, last_event_id, is_ending=lambda: service.is_ending):
         yield event

@@ -36,7 +36,7 @@ DryRun = Annotated[bool, Query(description="say what would be done, and do nothi
     response_model=ProductView,
     responses={
         200: {"model": ProductView | ImportedProductView, "description": "It exists with the same content; or a dry run"},
-        **problems(400, 409, 413, 415, 422, 503),
+        **problems(400, 409, 413, 415, 422, 503, 507),
     },
     openapi_extra=UPLOAD_SCHEMA,
 )
