@@ -21,12 +21,17 @@ sys.path.insert(0, str(HERE.parent))
 from gripwright.domain.access import AccessScope  # noqa: E402 - the path stands above
 from gripwright.jobs.keys import create_key  # noqa: E402
 from gripwright.jobs.requests import request_design  # noqa: E402
+from gripwright.jobs.webhook_signing import new_secret  # noqa: E402
 from gripwright.registry.description import describe_in_child  # noqa: E402
 from gripwright.settings import Settings  # noqa: E402
+from gripwright.store.actuators import ActuatorRepository  # noqa: E402
 from gripwright.store.artifacts import ArtifactStore  # noqa: E402
-from gripwright.store.columns import utc_now  # noqa: E402
+from gripwright.store.columns import new_id, utc_now  # noqa: E402
 from gripwright.store.engines import Database  # noqa: E402
+from gripwright.store.events import WEBHOOK_EVENTS  # noqa: E402
 from gripwright.store.migrate import migrate  # noqa: E402
+from gripwright.store.models import WebhookRow  # noqa: E402
+from gripwright.store.webhooks import WebhookRepository  # noqa: E402
 from service_factory import finish_design, store_product  # noqa: E402
 from service_process import running_service  # noqa: E402
 
@@ -80,16 +85,19 @@ def check(*, examples: int, seed: int, phases: str = ALL_PHASES, workers: int = 
 
 
 def populate(data: Path) -> str:
-    """Products and designs, for what is not found teaches little, and a key that may do everything."""
+    """Something of each kind, for what is not found teaches little, and a key that may do everything."""
     data.mkdir()
     database, artifacts = Database(Settings(data_dir=data).resolved_database_url), ArtifactStore(data / "artifacts")
     migrate(database)
+    webhook_id = store_webhook(database)
     products = [store_product(database, artifacts) for _ in range(PRODUCTS)]
     designs = [store_design(database, artifacts, product_id) for product_id in products for _ in range(2)]
     for design_id in designs[::2]:
         finish_design(database, artifacts, design_id, FILES)
     with database.write_sessions.begin() as session:
         made = create_key(session, "contract", AccessScope.ADMIN, timedelta(hours=2), utc_now(), actor="cli:contract")
+        messages = [row.id for row in WebhookRepository(session).deliveries(webhook_id, limit=PRODUCTS)]
+        actuator = ActuatorRepository(session).all()[0]
     database.dispose()
     held = {
         "product_id": products,
@@ -97,9 +105,26 @@ def populate(data: Path) -> str:
         "job_id": designs,
         "component_id": ["base", "rotor"],
         "path": list(FILES),
+        "webhook_id": [webhook_id],
+        "delivery_id": messages,
+        "maker": [actuator.maker],
+        "model": [actuator.model],
+        "kind": ["segmenter"],
+        "name": ["sdf"],
     }
+    assert all(held.values())
     (data / "held.json").write_text(json.dumps(held))
     return made.word
+
+
+def store_webhook(database: Database) -> str:
+    """One that nothing is sent to, for there is no worker."""
+    now = utc_now()
+    row = WebhookRow(id=new_id(now), url="http://127.0.0.1:9/", events=list(WEBHOOK_EVENTS), secret=new_secret(), created_at=now)
+    row.enabled, row.disabled_reason = True, ""
+    with database.write_sessions.begin() as session:
+        WebhookRepository(session).add(row)
+    return row.id
 
 
 def store_design(database: Database, artifacts: ArtifactStore, product_id: str) -> str:

@@ -59,11 +59,7 @@ def sparse_reading(
     if_none_match: IfNoneMatch = None,
     fields: Annotated[
         str | None,
-        Query(
-            max_length=1000,
-            description="names, separated by commas; nothing else is sent. Of a list: of its items",
-            examples=["id"],
-        ),
+        Query(max_length=1000, description="names, separated by commas; nothing else is sent. Of a list: of its items"),
     ] = None,
 ) -> Reading:
     """A read of all fields, or of some."""
