@@ -19,6 +19,8 @@ JSON = {"content-type": "application/json"}
         ("PUT", f"{API}/products", 405, "GET, HEAD, OPTIONS, POST"),
         ("TRACE", f"{API}/products/x", 405, "DELETE, GET, HEAD, OPTIONS, PATCH"),
         ("MAKE", f"{API}/products/x/operations", 405, "OPTIONS, PUT"),
+        ("GET", f"{API}/gripper-sets", 405, "OPTIONS, POST"),
+        ("MAKE", f"{API}/products/import", 405, "OPTIONS, POST"),
         ("HEAD", f"{API}/jobs/x/events", 405, "GET, OPTIONS"),
         ("POST", "/", 405, "GET, HEAD, OPTIONS"),
         ("GET", f"{API}/designs/x/files/%ff", 400, None),

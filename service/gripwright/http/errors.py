@@ -212,8 +212,9 @@ def _options(methods: Sequence[str]) -> dict[str, str]:
 def _methods(request: Request, error: HTTPException) -> list[str]:
     """What the path that was asked for allows; the framework names the methods of one of its routes only."""
     named = {word.strip() for word in (error.headers or {}).get("Allow", "").split(",") if word}
-    for template, operations in request.app.openapi()["paths"].items():
-        if compile_path(template)[0].match(request.url.path):
+    paths, asked = request.app.openapi()["paths"], request.url.path
+    for template, operations in paths.items():
+        if template == asked or (asked not in paths and compile_path(template)[0].match(asked)):
             named |= {method.upper() for method in operations}
     implied = {"OPTIONS"} | ({"HEAD"} if "GET" in named and not request.url.path.endswith(STREAM) else set())
     return sorted(named | implied)
