@@ -13,6 +13,7 @@ from gripwright.cad.package import Product
 from gripwright.domain.shape import Mesh
 from gripwright.jobs.products import register_product
 from gripwright.store.columns import utc_now
+from gripwright.store.jobs import StoredDesignJobs
 
 IDENTITY = np.eye(4).tolist()
 _numbers = itertools.count(1)
@@ -64,3 +65,14 @@ def store_product(database, artifacts, document=None):
     with database.write_sessions.begin() as session:
         row, _ = register_product(session, artifacts, make_product(document), utc_now())
         return row.id
+
+
+def finish_design(database, artifacts, design_id, files):
+    """End a design as a worker would: complete, with a bill of one finger, and files by their paths."""
+    jobs = StoredDesignJobs(database, artifacts)
+    finger = {"gripper": "G1", "item": "finger", "part_number": "F-1", "make_or_buy": "make", "maker": "", "model": ""}
+    finger |= {"description": "", "material": "PA", "quantity": 2, "mass_kg": 0.1, "operations": ["op-1"], "files": []}
+    document = {"product": {"part_number": "P", "revision": "A"}, "status": "complete", "operations": [{"id": "op-1"}]}
+    assert jobs.start(design_id, 1)
+    stored = {path: artifacts.put(content) for path, content in files.items()}
+    jobs.finish(design_id, 1, "complete", {**document, "grippers": [], "bom": [finger]}, stored)

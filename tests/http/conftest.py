@@ -1,3 +1,5 @@
+import itertools
+
 import pytest
 from fastapi.testclient import TestClient
 from key_factory import new_key
@@ -31,8 +33,11 @@ def client(app):
         yield client
 
 
+_addresses = itertools.count(1)
+
+
 @pytest.fixture(scope="session")
-def closed(tmp_path_factory):
+def closed_client(tmp_path_factory):
     """A client of a service that asks for access on loopback, too."""
     settings = Settings(data_dir=tmp_path_factory.mktemp("closed"), access_required=True)
     app = create_app(settings)
@@ -42,10 +47,17 @@ def closed(tmp_path_factory):
         yield client
 
 
+@pytest.fixture
+def closed(closed_client):
+    """The same from an address of its own: credentials that were refused to other tests do not count."""
+    closed_client._transport.client = (f"192.0.2.{next(_addresses)}", 50_000)
+    return closed_client
+
+
 @pytest.fixture(scope="session")
-def keys(closed):
+def keys(closed_client):
     """A key of each scope."""
-    return {scope: new_key(closed.service, f"the {scope} key", scope).word for scope in AccessScope}
+    return {scope: new_key(closed_client.service, f"the {scope} key", scope).word for scope in AccessScope}
 
 
 @pytest.fixture

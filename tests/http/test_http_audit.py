@@ -5,6 +5,7 @@ from datetime import timedelta
 import pytest
 from fastapi import APIRouter
 from fastapi.testclient import TestClient
+from sqlalchemy.exc import InterfaceError, OperationalError, TimeoutError
 
 from gripwright.domain.access import ANYBODY, AccessScope
 from gripwright.http.app import create_app
@@ -25,6 +26,18 @@ broken = APIRouter()
 @broken.get("/api/v1/broken")
 def fail():
     raise RuntimeError("a secret of the service")
+
+
+UNANSWERED = {
+    "gone": OperationalError("SELECT 1", None, Exception("a secret of the service")),
+    "closed": InterfaceError("SELECT 1", None, Exception("a secret of the service")),
+    "exhausted": TimeoutError("a secret of the service"),
+}
+
+
+@broken.get("/api/v1/unanswered/{how}")
+def ask_in_vain(how: str):
+    raise UNANSWERED[how]
 
 
 @pytest.fixture(scope="module")
@@ -187,6 +200,20 @@ def test_a_refused_answer_has_them_too_and_a_defect_tells_nothing(audited, probl
     assert unsigned.status_code == 401
     assert {name: unsigned.headers[name] for name in SECURITY_HEADERS} == SECURITY_HEADERS
     assert "secret" not in str(problem(defect, 500, "internal"))
+
+
+@pytest.mark.parametrize("how", UNANSWERED)
+def test_a_database_that_does_not_answer_is_no_defect_but_a_reason_to_come_again(audited, problem, how):
+    answer = audited.get(f"/api/v1/unanswered/{how}")
+
+    assert "secret" not in str(problem(answer, 503, "not-ready"))
+    assert answer.headers["Retry-After"] == "5"
+
+
+def test_a_defect_before_the_routes_is_a_problem_too(audited, problem, monkeypatch):
+    monkeypatch.setattr(audited.app.state.service.limits, "_requests", {})
+
+    problem(audited.get("/api/v1/jobs"), 500, "internal")
 
 
 def preflight(client, origin, method="POST"):

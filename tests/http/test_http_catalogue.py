@@ -88,6 +88,7 @@ def test_a_dry_run_says_what_an_import_would_do_and_does_nothing(client, problem
 def test_what_is_no_csv_of_actuators_is_refused(client, problem):
     problem(import_csv(client, "a,b\n1,2\n"), 422)
     problem(import_csv(client, b"\xff\xfe"), 422)
+    problem(import_csv(client, "\r\r"), 422)
     problem(import_csv(client, OWN_CSV, media_type="application/json"), 415)
 
 

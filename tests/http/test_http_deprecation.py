@@ -1,4 +1,3 @@
-from collections import Counter
 from datetime import date
 
 import pytest
@@ -7,8 +6,10 @@ from fastapi.testclient import TestClient
 
 from gripwright.domain.errors import NotFound
 from gripwright.http.deprecation import deprecated
-from gripwright.http.errors import register_error_handlers
+from gripwright.http.errors import problem, register_error_handlers
+from gripwright.http.metrics import Metrics
 from gripwright.http.observed import Observed
+from gripwright.http.places import Places
 
 PAGE = "https://gripwright.example/api#old"
 TOLD = {"Deprecation": "@1767225600", "Sunset": "Fri, 01 Jan 2027 00:00:00 GMT"}
@@ -36,6 +37,17 @@ def get_new() -> str:
     return "new"
 
 
+class Refusing:
+    """Middleware that lets a stranger not get to the route."""
+
+    def __init__(self, app):
+        self._app = app
+
+    async def __call__(self, scope, receive, send):
+        is_stranger = scope["type"] == "http" and scope["query_string"] == b"stranger"
+        await (problem(401, "not-authenticated", "who are you?") if is_stranger else self._app)(scope, receive, send)
+
+
 @pytest.fixture
 def client(app_of_old_and_new):
     return TestClient(app_of_old_and_new)
@@ -46,11 +58,12 @@ def app_of_old_and_new():
     app = FastAPI()
     app.include_router(router)
     register_error_handlers(app)
-    app.add_middleware(Observed, requests=Counter())
+    app.add_middleware(Refusing)
+    app.add_middleware(Observed, places=Places([("", router)]), metrics=Metrics(), tracer=None)
     return app
 
 
-@pytest.mark.parametrize(("path", "status"), [("/old/a", 200), ("/old/none", 404), ("/file", 200)])
+@pytest.mark.parametrize(("path", "status"), [("/old/a", 200), ("/old/none", 404), ("/file", 200), ("/file?stranger", 401)])
 def test_every_answer_of_a_route_that_will_go_says_so(client, path, status):
     answer = client.get(path)
 

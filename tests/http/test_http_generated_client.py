@@ -10,9 +10,8 @@ import pytest
 from gripwright.settings import Settings
 from gripwright.store.artifacts import ArtifactStore
 from gripwright.store.engines import Database
-from gripwright.store.jobs import StoredDesignJobs
-from running_service import running_service
-from service_factory import make_document, make_package
+from service_factory import finish_design, make_document, make_package
+from service_process import running_service
 
 OPENAPI = Path(__file__).resolve().parents[2] / "openapi"
 
@@ -35,7 +34,7 @@ def generated(tmp_path, monkeypatch):
 def test_a_generated_client_uploads_designs_follows_and_reads_the_result(generated, tmp_path):
     models, types = generated("models"), generated("types")
     package = types.File(payload=io.BytesIO(make_package(make_document("GEN-1"))), file_name="p.zip", mime_type="application/zip")
-    with running_service(tmp_path / "data") as address, generated("client").Client(base_url=address) as client:
+    with running_service(workers=0, folder=tmp_path) as service, generated("client").Client(base_url=service.address) as client:
         body = models.CreateProductBody(package=package)
         product = generated("api.products.create_product").sync(client=client, body=body)
         request = models.DesignRequest.from_dict({"options": {"plan": "paper"}})
@@ -60,13 +59,6 @@ def test_a_generated_client_uploads_designs_follows_and_reads_the_result(generat
 
 
 def finish(data, design_id):
-    """End the design as a worker would."""
-    database, artifacts = Database(Settings(data_dir=data).resolved_database_url), ArtifactStore(data / "artifacts")
-    jobs = StoredDesignJobs(database, artifacts)
-    bill = {"gripper": "G1", "item": "finger", "make_or_buy": "make", "maker": "", "model": "", "description": "", "material": ""}
-    bill |= {"part_number": "F-1", "quantity": 2, "mass_kg": 0.1, "operations": ["op-1"], "files": []}
-    document = {"product": {"part_number": "P", "revision": "A"}, "status": "complete", "operations": [{"id": "op-1"}]}
-    assert jobs.start(design_id, 1)
-    files = {"grippers/G1/finger.step": artifacts.put(b"ISO-10303-21;")}
-    jobs.finish(design_id, 1, "complete", {**document, "grippers": [], "bom": [bill]}, files)
+    database = Database(Settings(data_dir=data).resolved_database_url)
+    finish_design(database, ArtifactStore(data / "artifacts"), design_id, {"grippers/G1/finger.step": b"ISO-10303-21;"})
     database.dispose()

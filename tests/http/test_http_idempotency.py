@@ -133,7 +133,9 @@ def test_who_was_taken_for_dead_and_is_not_has_no_effect(service, key):
 
     def effect_and_answer():
         with service.database.write_sessions.begin() as session:
-            session.add(WebhookRow(id=slow.id, url="", events=[], secret="", created_at=utc_now()))
+            session.add(
+                WebhookRow(id=slow.id, url="", events=[], secret="", enabled=True, disabled_reason="", created_at=utc_now())
+            )
             IdempotencyRepository(session).keep(slow, answer, utc_now() + LEASE)
 
     with pytest.raises(Conflict):

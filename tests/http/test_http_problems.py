@@ -1,12 +1,10 @@
-import os
 import socket
-import subprocess
-import sys
 
 import httpx
 import pytest
 
 from service_factory import make_document, make_package
+from service_process import running_service
 
 API = "/api/v1"
 JSON = {"content-type": "application/json"}
@@ -21,6 +19,8 @@ JSON = {"content-type": "application/json"}
         ("PUT", f"{API}/products", 405, "GET, HEAD, OPTIONS, POST"),
         ("TRACE", f"{API}/products/x", 405, "DELETE, GET, HEAD, OPTIONS, PATCH"),
         ("MAKE", f"{API}/products/x/operations", 405, "OPTIONS, PUT"),
+        ("GET", f"{API}/gripper-sets", 405, "OPTIONS, POST"),
+        ("MAKE", f"{API}/products/import", 405, "OPTIONS, POST"),
         ("HEAD", f"{API}/jobs/x/events", 405, "GET, OPTIONS"),
         ("POST", "/", 405, "GET, HEAD, OPTIONS"),
         ("GET", f"{API}/designs/x/files/%ff", 400, None),
@@ -104,25 +104,14 @@ def test_a_file_and_a_folder_of_the_same_name_are_refused(client, problem):
 
     body = problem(client.post(f"{API}/products", files=files), 422)
 
-    assert [error["pointer"] for error in body["errors"]] == ["a.stl/b.stl"]
+    assert body["errors"] == [{"pointer": "a.stl", "message": "both a file and a folder"}]
 
 
 @pytest.fixture(scope="module")
 def address(tmp_path_factory):
     """Of a service in a process of its own, without workers."""
-    environment = {"GRIPWRIGHT_DATA": str(tmp_path_factory.mktemp("data")), "GRIPWRIGHT_WORKERS": "0"}
-    service = subprocess.Popen(
-        [sys.executable, "-m", "gripwright.cli", "serve", "--port", "0"],
-        env={**os.environ, **environment},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
-    try:
-        yield service.stdout.readline().strip().removeprefix("Gripwright listens on ")
-    finally:
-        service.terminate()
-        service.communicate(timeout=30)
+    with running_service(workers=0, folder=tmp_path_factory.mktemp("served")) as service:
+        yield service.address
 
 
 @pytest.mark.parametrize(

@@ -188,10 +188,13 @@ def test_each_fault_of_a_sequence_has_its_pointer_and_changes_nothing(client, pr
         {"id": "op-2", "active": ["rotor"], "passive": [], "pose_before": skewed, "pose_after": IDENTITY},
     ]
 
+    before = client.get(url)
+
     body = problem(client.put(f"{url}/operations", json={"operations": operations}), 422, "invalid-input")
 
     assert {error["pointer"] for error in body["errors"]} >= {"/operations/0/active/0", "/operations/1/pose_before"}
-    assert client.get(url).headers["ETag"] == before
+    after = client.get(url)
+    assert (after.headers["ETag"], after.json()) == (before.headers["ETag"], before.json())
 
 
 def test_a_component_is_patched_by_merging(client, product_id):

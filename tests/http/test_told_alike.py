@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from service_process import running_service
+
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 CLEARANCE_MM, MARGIN_MM = 2.0, 0.1  # between plug and frame; that is asked for
 FINGER_MM, FINGER_WIDE_MM = 8.0, 10.0  # thickness, width
@@ -127,10 +129,8 @@ def test_the_report_has_the_sentence_at_the_operation_and_at_the_component(print
 
 
 def test_the_service_answers_with_the_sentence_at_the_operation_and_at_the_component(package, environment, sentence):
-    command = [sys.executable, "-m", "gripwright.cli", "serve", "--port", "0"]
-    service = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    try:
-        address = service.stdout.readline().strip().removeprefix("Gripwright listens on ")
+    with running_service(**environment) as service:
+        address = service.address
         files = [("files", (file.name, file.read_bytes())) for file in sorted(package.glob("*.stl"))]
         uploaded = httpx.post(
             f"{address}/api/v1/products", files=[*files, ("manifest", (None, (package / "product.json").read_text()))], timeout=60
@@ -138,9 +138,6 @@ def test_the_service_answers_with_the_sentence_at_the_operation_and_at_the_compo
         assert uploaded.status_code == 201, uploaded.text
         accepted = httpx.post(f"{address}/api/v1/products/{uploaded.json()['id']}/designs", json={}, timeout=60)
         body = finished(address + accepted.headers["Location"])
-    finally:
-        service.terminate()
-        service.communicate(timeout=30)
 
     design = body["design"]
     assert body["status"] == "incomplete"

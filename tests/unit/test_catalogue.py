@@ -230,3 +230,18 @@ def test_the_seed_is_json_in_our_own_terms() -> None:
     path = Path(__file__).parents[2] / "service" / "gripwright" / "store" / "seed" / "actuators.json"
 
     assert {"maker", "model", "gripper_type", "stroke_mm"} <= set(json.loads(path.read_text(encoding="utf-8"))["actuators"][0])
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_lines_of_a_csv_may_end_as_on_any_system(end):
+    actuators, faults = actuators_from_csv(f"maker,model,type,fingers{end}Acme,a,centric,3{end}Acme,b,parallel,2{end}")
+
+    assert faults == ()
+    assert [actuator.model for actuator in actuators] == ["a", "b"]
+
+
+def test_a_cell_that_is_too_long_for_a_csv_is_a_fault_of_its_line():
+    actuators, (fault,) = actuators_from_csv("maker,model,type,fingers\nAcme," + "x" * 200_000)
+
+    assert actuators == ()
+    assert fault.message.startswith("this is no CSV: line 2: field larger than")

@@ -47,7 +47,11 @@ _DIFFERENCE_MM = 0.5  # of stroke and opening range, from which they conflict
 
 def actuators_from_csv(text: str) -> tuple[tuple[Actuator, ...], tuple[Fault, ...]]:
     """The actuators of a CSV, and the faults of the rows that are not among them (pointer: /row/column, rows from 0)."""
-    rows = [cells for cells in csv.reader(io.StringIO(text.removeprefix("\ufeff"))) if cells]
+    reader = csv.reader(io.StringIO(text.removeprefix("\ufeff"), newline=""))  # "\r" ends a line, too
+    try:
+        rows = [cells for cells in reader if cells]
+    except csv.Error as error:
+        return (), (Fault(pointer="", message=f"this is no CSV: line {reader.line_num}: {error}"),)
     columns = [column.strip() for column in rows[0]] if rows else []
     missing = [column for column in _REQUIRED if column not in columns]
     if missing:

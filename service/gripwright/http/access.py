@@ -4,7 +4,6 @@ import time
 from collections.abc import Mapping
 
 from fastapi.concurrency import run_in_threadpool
-from sqlalchemy.exc import OperationalError
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.middleware.cors import CORSMiddleware
 from starlette.requests import Request
@@ -19,6 +18,7 @@ from gripwright.http.errors import OriginRefused, database_problem, domain_probl
 from gripwright.http.gate import Gate, check_scope, required_scope
 from gripwright.http.rate_limits import RateLimits
 from gripwright.store.columns import utc_now
+from gripwright.store.engines import DATABASE_FAILURES
 
 
 class Access:
@@ -57,7 +57,7 @@ class Access:
                 self._check_origin(request.headers)
         except GripwrightError as error:
             await domain_problem(request, error)(scope, receive, audited)
-        except OperationalError as error:
+        except DATABASE_FAILURES as error:
             await database_problem(request, error)(scope, receive, audited)
         else:
             request.state.actor = principal.actor

@@ -3,7 +3,7 @@
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from fastapi import APIRouter, FastAPI
+from fastapi import FastAPI
 from starlette.middleware.errors import ServerErrorMiddleware
 
 import gripwright
@@ -17,6 +17,7 @@ from gripwright.http.host_check import HostCheck
 from gripwright.http.idempotency import REPLAYED, Idempotent
 from gripwright.http.observed import REQUEST_ID, Observed
 from gripwright.http.openapi import describe_problems
+from gripwright.http.places import Places
 from gripwright.http.readiness import Readiness
 from gripwright.http.routers import (
     actuators,
@@ -41,6 +42,27 @@ from gripwright.store.migrate import prepare
 
 PREFIX = "/api/v1"
 
+_ROUTERS = (
+    *(
+        (PREFIX, module.router)
+        for module in (
+            products,
+            components,
+            designs,
+            change_impact,
+            jobs,
+            gripper_sets,
+            plugins,
+            actuators,
+            webhooks,
+            audit,
+            workers,
+        )
+    ),
+    ("", health.router),
+    ("", dashboard.router),
+)
+
 _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 _SENT = (
     "Authorization",
@@ -58,6 +80,7 @@ _SHOWN = (
     "Accept-Patch",
     "Content-Disposition",
     "Content-Range",
+    "Deprecation",
     "ETag",
     "Link",
     "Location",
@@ -66,6 +89,7 @@ _SHOWN = (
     "RateLimit-Policy",
     REPLAYED,
     "Retry-After",
+    "Sunset",
     "WWW-Authenticate",
     REQUEST_ID,
 )
@@ -103,34 +127,20 @@ def create_app(settings: Settings) -> FastAPI:
     describe_problems(app)
     register_error_handlers(app)
     _add_middleware(app, service)
-    api = APIRouter(prefix=PREFIX)
-    for module in (
-        products,
-        components,
-        designs,
-        change_impact,
-        jobs,
-        gripper_sets,
-        plugins,
-        actuators,
-        webhooks,
-        audit,
-        workers,
-    ):
-        api.include_router(module.router)
-    app.include_router(api)
-    app.include_router(health.router)
-    app.include_router(dashboard.router)
+    for prefix, router in _ROUTERS:
+        app.include_router(router, prefix=prefix)
     return app
 
 
 def _add_middleware(app: FastAPI, service: State) -> None:
-    """The innermost first."""
+    """The innermost first.
+
+    An answer is kept as it was made, and what is given again waits and is encoded as the first time; conditions and lengths are
+    those of a GET before its body is dropped for a HEAD; a defect of all these is a problem that is audited and counted.
+    """
     settings = service.settings
-    app.add_middleware(Head)
-    app.add_middleware(Waiting, watch=service.ends, wait_max_s=settings.wait_max_s)
-    app.add_middleware(ServerErrorMiddleware, handler=defect_problem)  # the framework's own is outside of all that follows
     app.add_middleware(Idempotent, answers=service.answers)
+    app.add_middleware(Waiting, watch=service.ends, wait_max_s=settings.wait_max_s)
     app.add_middleware(
         BodyLimit,
         upload_paths=frozenset({f"{PREFIX}/products", f"{PREFIX}/products/import"}),
@@ -139,6 +149,8 @@ def _add_middleware(app: FastAPI, service: State) -> None:
     )
     app.add_middleware(Addresses)
     app.add_middleware(Encodings)
+    app.add_middleware(Head)
+    app.add_middleware(ServerErrorMiddleware, handler=defect_problem)  # the framework's own is outside of all that follows
     app.add_middleware(Access, gate=service.gate, audit=service.audit, limits=service.limits, origins=settings.cors_origins)
     if settings.cors_origins:
         app.add_middleware(
@@ -146,4 +158,4 @@ def _add_middleware(app: FastAPI, service: State) -> None:
         )
     if settings.allowed_hosts or not settings.asks_for_access:
         app.add_middleware(HostCheck, allowed=settings.allowed_hosts)
-    app.add_middleware(Observed, metrics=service.metrics, tracer=service.tracer)
+    app.add_middleware(Observed, places=Places(_ROUTERS), metrics=service.metrics, tracer=service.tracer)

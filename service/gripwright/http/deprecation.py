@@ -5,7 +5,8 @@ from datetime import UTC, date, datetime, time
 from email.utils import format_datetime
 from typing import Any
 
-from fastapi import Depends, Request
+from fastapi import Depends
+from fastapi.routing import APIRoute
 from starlette.datastructures import MutableHeaders
 
 
@@ -17,6 +18,9 @@ class Deprecation:
     sunset: date
     page: str
 
+    def __call__(self) -> None:
+        """As a dependency of its route it does nothing: it is found there."""
+
     def tell(self, headers: MutableHeaders) -> None:
         """Add `Deprecation`, `Sunset` and their links to the headers of an answer."""
         headers["Deprecation"] = f"@{int(_midnight(self.since).timestamp())}"
@@ -27,12 +31,14 @@ class Deprecation:
 
 def deprecated(*, since: date, sunset: date, page: str) -> dict[str, Any]:
     """Arguments of a route, as in `@router.get("/old", **deprecated(since=…, sunset=…, page=…))`."""
-    deprecation = Deprecation(since=since, sunset=sunset, page=page)
+    return {"deprecated": True, "dependencies": [Depends(Deprecation(since=since, sunset=sunset, page=page))]}
 
-    def mark(request: Request) -> None:
-        request.state.deprecation = deprecation
 
-    return {"deprecated": True, "dependencies": [Depends(mark)]}
+def tell_deprecation(route: APIRoute | None, headers: MutableHeaders) -> None:
+    """Add to the headers of an answer what is to be said of its route, whoever has answered."""
+    for dependency in () if route is None else route.dependencies:
+        if isinstance(dependency.dependency, Deprecation):
+            dependency.dependency.tell(headers)
 
 
 def _midnight(day: date) -> datetime:

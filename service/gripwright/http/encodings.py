@@ -34,22 +34,25 @@ class Encodings:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        headers = Headers(scope=scope)
-        encoding = headers.get("content-encoding", "identity").strip().lower()
+        asked = Headers(scope=scope)
+        encoding = asked.get("content-encoding", "identity").strip().lower()
         if encoding not in ("identity", ""):
             detail = f"bodies are read as they are, this one is {encoding}"
             answer = problem(415, "unsupported-media-type", detail, headers={"Accept-Encoding": "identity"})
             await answer(scope, receive, send)
             return
-        takes = accepts_gzip(headers.get("accept-encoding", ""))
-        knows_encoded = _TAG.search(headers.get("if-none-match", "")) is not None
+        takes = accepts_gzip(asked.get("accept-encoding", ""))
+        knows_encoded = _TAG.search(asked.get("if-none-match", "")) is not None
         start: Message = {}
 
         async def encoding_send(message: Message) -> None:
             nonlocal start
             if message["type"] == "http.response.start":
-                if message["status"] == 304 and knows_encoded:
-                    _tag_as_gzip(MutableHeaders(scope=message))
+                if message["status"] == 304:
+                    headers = MutableHeaders(scope=message)
+                    headers.add_vary_header("Accept-Encoding")  # what it stands for has it, or is too short to be encoded
+                    if knows_encoded:
+                        _tag_as_gzip(headers)
                 if _may_be_encoded(Headers(raw=message["headers"])):
                     start = message  # held back, for what follows may change its headers
                     return
@@ -59,8 +62,7 @@ class Encodings:
                 await send(begun)
             await send(message)
 
-        scope["headers"] = list(_plain_tags(scope["headers"]))  # in place: outside of here the route is read from the same scope
-        await self._app(scope, receive, encoding_send)
+        await self._app({**scope, "headers": list(_plain_tags(scope["headers"]))}, receive, encoding_send)
 
 
 def accepts_gzip(accept_encoding: str) -> bool:

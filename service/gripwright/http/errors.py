@@ -15,7 +15,7 @@ from starlette.routing import compile_path
 
 from gripwright.domain.errors import Fault, GripwrightError
 from gripwright.http.head import STREAM
-from gripwright.store.engines import is_full
+from gripwright.store.engines import DATABASE_FAILURES, is_full
 from gripwright.store.files import FULL_ERRNOS
 
 _log = logging.getLogger(__name__)
@@ -138,8 +138,10 @@ def register_error_handlers(app: FastAPI) -> None:
     app.add_exception_handler(HTTPException, _framework_problem)
     app.add_exception_handler(IntegrityError, _integrity_problem)
     app.add_exception_handler(DataError, _data_problem)
-    app.add_exception_handler(OperationalError, database_problem)
+    for failure in DATABASE_FAILURES:
+        app.add_exception_handler(failure, database_problem)
     app.add_exception_handler(OSError, _system_problem)
+    app.add_exception_handler(Exception, _internal_problem)
 
 
 def domain_problem(request: Request, error: Exception) -> JSONResponse:
@@ -191,7 +193,7 @@ def _framework_problem(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     if error.status_code == 405 and request.method == "OPTIONS":
         return Response(status_code=204, headers=_options(_methods(request, error)))
-    code = HTTPStatus(error.status_code).phrase.lower().replace(" ", "-")
+    code = "limit-exceeded" if error.status_code == 413 else HTTPStatus(error.status_code).phrase.lower().replace(" ", "-")
     headers = dict(error.headers or {})
     if error.status_code == 405:
         headers["Allow"] = ", ".join(_methods(request, error))
@@ -210,8 +212,9 @@ def _options(methods: Sequence[str]) -> dict[str, str]:
 def _methods(request: Request, error: HTTPException) -> list[str]:
     """What the path that was asked for allows; the framework names the methods of one of its routes only."""
     named = {word.strip() for word in (error.headers or {}).get("Allow", "").split(",") if word}
-    for template, operations in request.app.openapi()["paths"].items():
-        if compile_path(template)[0].match(request.url.path):
+    paths, asked = request.app.openapi()["paths"], request.url.path
+    for template, operations in paths.items():
+        if template == asked or (asked not in paths and compile_path(template)[0].match(asked)):
             named |= {method.upper() for method in operations}
     implied = {"OPTIONS"} | ({"HEAD"} if "GET" in named and not request.url.path.endswith(STREAM) else set())
     return sorted(named | implied)
@@ -243,4 +246,9 @@ def _system_problem(request: Request, error: Exception) -> JSONResponse:
 def defect_problem(request: Request, error: Exception) -> JSONResponse:
     """The problem that a defect is: the log tells which, the answer does not."""
     _log.error("defect in %s %s", request.method, request.url.path, exc_info=error)
+    return _internal_problem(request, error)
+
+
+def _internal_problem(request: Request, error: Exception) -> JSONResponse:
+    """The same where the server tells the log: of a defect outside of all middleware."""
     return problem(500, "internal", "the service has a defect; its log says where")

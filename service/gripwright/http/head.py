@@ -26,12 +26,10 @@ class Head:
         async def bodiless(message: Message) -> None:
             nonlocal is_over
             if message["type"] == "http.response.start":
-                scope.update({key: inner[key] for key in ("route", "path_params") if key in inner})  # for the count and the trail
                 await send(message)
             elif not is_over:
                 is_over = not message.get("more_body", False)
                 if is_over:
                     await send({"type": "http.response.body", "body": b""})
 
-        inner = {**scope, "method": "GET"}
-        await self._app(inner, receive, bodiless)
+        await self._app({**scope, "method": "GET"}, receive, bodiless)

@@ -14,7 +14,7 @@ from typing import Any
 from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
 from fastapi.routing import APIRoute
-from sqlalchemy.exc import IntegrityError, OperationalError, SQLAlchemyError
+from sqlalchemy.exc import IntegrityError, SQLAlchemyError
 from sqlalchemy.orm import Session
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
@@ -27,7 +27,7 @@ from gripwright.domain.errors import Fault, GripwrightError, InvalidInput
 from gripwright.http.errors import KeyReused, RequestInFlight, database_problem, domain_problem, problem
 from gripwright.http.fingerprint import Fingerprint
 from gripwright.store.columns import new_id, utc_now
-from gripwright.store.engines import Database
+from gripwright.store.engines import DATABASE_FAILURES, Database
 from gripwright.store.idempotency import IdempotencyRepository, KeptAnswer, KeyClaim
 
 _log = logging.getLogger(__name__)
@@ -36,6 +36,9 @@ HEADER = "Idempotency-Key"
 REPLAYED = "Idempotency-Replayed"
 KEY_LENGTH = 255
 KEY_PATTERN = r"^[\x21-\x7e]([\x20-\x7e]*[\x21-\x7e])?$"
+
+OF_THE_EFFECT = frozenset({"keyed", "write_session"})
+"""In the state of a request: what belongs to its effect, and to no read that is made for its answer."""
 
 LEASE = timedelta(seconds=30)
 """How long a request that does not say that it still works keeps its key."""
@@ -146,7 +149,7 @@ class Idempotent:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer again, or let the request be answered under its key."""
         given = Headers(scope=scope).get(HEADER) if scope["type"] == "http" and scope["method"] == "POST" else None
-        if given is None:
+        if given is None or "principal" not in scope["state"]:  # where anybody may ask, nothing is posted
             await self._app(scope, receive, send)
             return
         request, fingerprint = Request(scope), Fingerprint(scope, receive)
@@ -160,7 +163,7 @@ class Idempotent:
             await domain_problem(request, error)(scope, receive, send)
         except HTTPException as error:  # the body is too large
             await problem(error.status_code, "limit-exceeded", str(error.detail))(scope, receive, send)
-        except OperationalError as error:
+        except DATABASE_FAILURES as error:
             await database_problem(request, error)(scope, receive, send)
         except ClientDisconnect:
             return

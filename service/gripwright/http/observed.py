@@ -11,7 +11,9 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from structlog.contextvars import bound_contextvars
 
+from gripwright.http.deprecation import tell_deprecation
 from gripwright.http.metrics import Metrics
+from gripwright.http.places import Places
 from gripwright.logs import FIELDS
 from gripwright.traces import TracePlace, place_below
 
@@ -38,8 +40,8 @@ _log = logging.getLogger("gripwright.access")
 class Observed:
     """ASGI middleware: security headers and an id on every answer; each is counted, timed and told to the log."""
 
-    def __init__(self, app: ASGIApp, *, metrics: Metrics, tracer: "Tracer | None") -> None:
-        self._app, self._metrics, self._tracer = app, metrics, tracer
+    def __init__(self, app: ASGIApp, *, places: Places, metrics: Metrics, tracer: "Tracer | None") -> None:
+        self._app, self._places, self._metrics, self._tracer = app, places, metrics, tracer
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on, and see its answer off."""
@@ -50,6 +52,7 @@ class Observed:
         trace, given = place_below(headers.get("traceparent", "")), headers.get(REQUEST_ID, "")
         request_id = given if _ID_OF_CALLER.fullmatch(given) else trace.trace_id
         scope.setdefault("state", {}).update(request_id=request_id, trace=trace)
+        self._places.mark(scope)
         status = 500  # where no answer begins: the connection is closed on the caller
 
         async def observed(message: Message) -> None:
@@ -60,8 +63,7 @@ class Observed:
                 for name, value in SECURITY_HEADERS.items():
                     answered.setdefault(name, value)
                 answered[REQUEST_ID] = request_id
-                if "deprecation" in scope["state"]:
-                    scope["state"]["deprecation"].tell(answered)
+                tell_deprecation(scope.get("route"), answered)
             await send(message)
 
         with bound_contextvars(request_id=request_id, trace_id=trace.trace_id):

@@ -46,6 +46,7 @@ _PARAMETERS = {
 }
 """Descriptions of parameters that have none of their own."""
 
+_NO_NUL = "^[^\\u0000]*$"
 _REPLACED = ("HTTPValidationError", "ValidationError")
 
 
@@ -75,6 +76,7 @@ def _document(app: FastAPI) -> dict[str, Any]:
         for method, operation in operations.items():
             scope = required_scope(method.upper(), path)
             _describe(operation)
+            _allow_sparse(operation, schemas)
             operation["security"] = [] if scope is None else [{"bearer": [scope.value]}]
             refusals = (400,) if scope is None else (400, 401, 403, 429, 503)
             operation["responses"] |= {str(status): answer for status, answer in problems(*refusals).items()}
@@ -93,10 +95,52 @@ def _describe(operation: dict[str, Any]) -> None:
     for parameter in operation.get("parameters", []):
         if not parameter.get("description"):
             parameter["description"] = _PARAMETERS[parameter["name"]]
+        if parameter["in"] != "header":
+            _exclude_nul(parameter["schema"])
     name = operation["operationId"]
     _exemplify(operation.get("requestBody", {}), REQUESTS.get(name))
     for status, answer in operation["responses"].items():
         _exemplify(answer, RESPONSES.get(name, {}).get(status))
+
+
+def _exclude_nul(schema: dict[str, Any]) -> None:
+    """Say of free text in an address that it holds no NUL character."""
+    for form in (schema, *schema.get("anyOf", ())):
+        if form.get("type") == "string" and not {"enum", "const", "format", "pattern"} & set(form):
+            form["pattern"] = _NO_NUL
+
+
+def _allow_sparse(operation: dict[str, Any], schemas: dict[str, Any]) -> None:
+    """Say that with `fields` an answer, or each item of a list, has some of its members alone."""
+    fields = [parameter["schema"] for parameter in operation.get("parameters", []) if parameter["name"] == "fields"]
+    if not fields:
+        return
+    content = operation["responses"]["200"]["content"]["application/json"]
+    name = _model(content["schema"])
+    page = schemas[name]["properties"]
+    item = _model(page["items"]["items"]) if "items" in page else name
+    names = list(schemas[item]["properties"])
+    one = f"({'|'.join(names)})"
+    fields[0] |= {"pattern": f"^{one}(,{one})*$", "examples": [names[0], ",".join(names[:2])]}
+    if item != name:
+        items = {**page["items"], "items": {"$ref": _add_sparse(item, schemas)}}
+        sparse = _REF.format(model=f"Sparse{name}")
+        schemas[f"Sparse{name}"] = {**schemas[name], "title": f"Sparse{name}", "properties": {**page, "items": items}}
+    else:
+        sparse = _add_sparse(name, schemas)
+    content["schema"] = {"anyOf": [content["schema"], {"$ref": sparse}]}
+
+
+def _add_sparse(name: str, schemas: dict[str, Any]) -> str:
+    """The reference to a model like the named one of which no member is required."""
+    shared = {key: value for key, value in schemas[name].items() if key != "required"}
+    described = f"{name} with some of its members: those that `fields` names"
+    schemas[f"Sparse{name}"] = {**shared, "title": f"Sparse{name}", "description": described, "minProperties": 1}
+    return _REF.format(model=f"Sparse{name}")
+
+
+def _model(schema: dict[str, Any]) -> str:
+    return str(schema["$ref"]).rpartition("/")[2]
 
 
 def _exemplify(body: dict[str, Any], example: Any) -> None:

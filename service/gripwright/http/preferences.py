@@ -10,7 +10,7 @@ PREFER: dict[str, Any] = {
             "name": "Prefer",
             "in": "header",
             "required": False,
-            "schema": {"type": "string", "maxLength": 1000},
+            "schema": {"type": "string"},
             "description": "`wait=n`: answer when the design has ended, at the latest after n seconds; `respond-async`: at once",
             "examples": {"wait": {"value": "wait=30"}, "at once": {"value": "respond-async"}},
         }

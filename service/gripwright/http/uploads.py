@@ -27,6 +27,7 @@ UPLOAD_SCHEMA: dict[str, Any] = {
             "multipart/form-data": {
                 "schema": {
                     "type": "object",
+                    "additionalProperties": False,
                     "properties": {
                         "package": {
                             "type": "string",
@@ -54,9 +55,11 @@ IMPORT_SCHEMA: dict[str, Any] = {
                 "schema": {
                     "type": "object",
                     "required": ["package"],
+                    "additionalProperties": False,
                     "properties": {
                         "package": {
                             "type": "array",
+                            "minItems": 1,
                             "items": {"type": "string", "format": "binary"},
                             "description": "packages (.zip), STEP assemblies, and archives (.zip) that hold such",
                         }

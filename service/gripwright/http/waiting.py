@@ -3,13 +3,14 @@
 import asyncio
 import logging
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from fastapi.concurrency import run_in_threadpool
 from sqlalchemy.exc import SQLAlchemyError
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from gripwright.http.idempotency import OF_THE_EFFECT, REPLAYED
 from gripwright.http.preferences import Preferences, preferences
 from gripwright.store.designs import JobRepository
 from gripwright.store.engines import Database
@@ -46,8 +47,12 @@ class EndWatch:
         return True
 
     def has_ended(self, job_id: str) -> bool:
-        """Whether a job has ended, or is gone."""
-        return not self._unfinished((job_id,))
+        """Whether a job is known to have ended, or to be gone."""
+        try:
+            return not self._unfinished((job_id,))
+        except SQLAlchemyError:
+            _log.exception("whether a job has ended cannot be read")
+            return False
 
     async def _poll(self) -> None:
         while self._waiting:
@@ -96,11 +101,10 @@ class Waiting:
         async def keep(message: Message) -> None:
             messages.append(message)
 
-        inner = dict(scope)
-        await self._app(inner, receive, keep)
-        scope.update({key: inner[key] for key in ("route", "path_params") if key in inner})  # for the count and the trail
+        await self._app(dict(scope), receive, keep)
         start = messages[0]
-        location = Headers(raw=start["headers"]).get("location")
+        headers = Headers(raw=start["headers"])
+        location = headers.get("location")
         applied = "respond-async" if wanted.respond_async and start["status"] == 202 else ""
         if start["status"] == 202 and location is not None and wanted.wait_s is not None:
             job_id = location.rpartition("/")[2]
@@ -108,7 +112,8 @@ class Waiting:
             applied = ", ".join(filter(None, (applied, waited)))
             has_ended = await run_in_threadpool(self._watch.has_ended, job_id)
             if waited and has_ended:
-                await self._app(_read_of(scope, location), receive, _as_created(_with_preference(send, waited), location))
+                told = {"Location": location, **({REPLAYED: headers[REPLAYED]} if REPLAYED in headers else {})}
+                await self._app(_read_of(scope, location), receive, _as_created(_with_preference(send, waited), told))
                 return
         deliver = _with_preference(send, applied)
         for message in messages:
@@ -119,14 +124,15 @@ def _read_of(scope: Scope, location: str) -> Scope:
     """The read of what a request has made, in its name."""
     headers = [(name, value) for name, value in scope["headers"] if name not in _OF_THE_REQUEST]
     path = {"path": location, "raw_path": location.encode(), "query_string": b""}
-    return {**scope, **path, "method": "GET", "headers": headers}
+    state = {name: value for name, value in scope["state"].items() if name not in OF_THE_EFFECT}
+    return {**scope, **path, "method": "GET", "headers": headers, "state": state}
 
 
-def _as_created(send: Send, location: str) -> Send:
+def _as_created(send: Send, told: Mapping[str, str]) -> Send:
     async def created(message: Message) -> None:
         if message["type"] == "http.response.start" and message["status"] == 200:
             message["status"] = 201
-            MutableHeaders(scope=message)["Location"] = location
+            MutableHeaders(scope=message).update(told)
         await send(message)
 
     return created

@@ -14,7 +14,10 @@ from sqlalchemy.exc import TimeoutError as PoolTimeout
 from sqlalchemy.orm import Session, sessionmaker
 
 BUSY_TIMEOUT_S = 30.0
-PASSING_ERRORS = (OperationalError, InterfaceError, PoolTimeout, OSError)
+DATABASE_FAILURES = (OperationalError, InterfaceError, PoolTimeout)
+"""Of a database that does not answer, or has no connection left."""
+
+PASSING_ERRORS = (*DATABASE_FAILURES, OSError)
 """Of a database or a disk that may be well again a moment later: locked, restarting, full."""
 _CONNECTIONS = 40  # one for each thread that serves requests
 

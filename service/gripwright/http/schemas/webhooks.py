@@ -1,8 +1,10 @@
 """Webhooks as callers see them."""
 
 from datetime import datetime
+from typing import Annotated, Any
 
 from pydantic import AnyHttpUrl, BaseModel, ConfigDict, Field
+from pydantic.json_schema import SkipJsonSchema
 
 from gripwright.store.events import WEBHOOK_EVENTS, EventName
 from gripwright.store.models import WebhookAttemptRow, WebhookDeliveryRow, WebhookRow
@@ -17,14 +19,22 @@ class WebhookRequest(BaseModel):
     events: list[EventName] = Field(default=list(WEBHOOK_EVENTS), min_length=1)
 
 
+def _without_default(schema: dict[str, Any]) -> None:
+    schema.pop("default")  # null stands for what is left out, and is refused where it is sent
+
+
 class WebhookPatch(BaseModel):
     """What to change; what is left out stays."""
 
     model_config = ConfigDict(extra="forbid")
 
-    url: AnyHttpUrl | None = None
-    events: list[EventName] | None = Field(default=None, min_length=1)
-    enabled: bool | None = Field(default=None, description="true starts anew after a webhook was disabled")
+    url: AnyHttpUrl | SkipJsonSchema[None] = Field(default=None, json_schema_extra=_without_default)
+    events: Annotated[list[EventName], Field(min_length=1)] | SkipJsonSchema[None] = Field(
+        default=None, json_schema_extra=_without_default
+    )
+    enabled: bool | SkipJsonSchema[None] = Field(
+        default=None, description="true starts anew after a webhook was disabled", json_schema_extra=_without_default
+    )
 
 
 class RotationRequest(BaseModel):
