@@ -6,6 +6,7 @@ by its successor: calls that DBOS recorded are not made again, steps that are st
 """
 
 import logging
+import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -46,6 +47,7 @@ class DbosEngine:
     def __init__(self, office: DesignOffice, *, database_url: str, executor: str, steps_at_a_time: int = 1) -> None:
         self._office, self._steps_at_a_time = office, steps_at_a_time
         self._database_url, self._executor = database_url, executor
+        self._is_ending = False
         config = DBOSConfig(
             name="gripwright",
             system_database_url=database_url,
@@ -98,6 +100,7 @@ class DbosEngine:
 
     def stop(self) -> None:
         """Take no more work; what runs is left to whoever starts next."""
+        self._is_ending = True
         DBOS.destroy(workflow_completion_timeout_sec=0)
 
     def _workflows(self) -> tuple[Callable[[str, int], None], Callable[..., Told | None]]:
@@ -122,9 +125,15 @@ class DbosEngine:
                     worker=self._executor,
                     resolve=lambda: _recorded("resolve", lambda: self._resolve(design_id, stop)),
                     runner=lambda plan, versions: _DurableRunner(self._office, design_id, attempt, plan, versions, step),
+                    before_end=self._stay_if_ending,
                 )
 
         return design, step
+
+    def _stay_if_ending(self) -> None:
+        """Do not return while this process ends: without its engine a design fails in ways that say nothing of the design."""
+        if self._is_ending:
+            threading.Event().wait()
 
     def _resolve(self, design_id: str, stop: StopSign) -> dict[str, Any]:
         try:

@@ -68,12 +68,17 @@ def run_design(
     worker: str,
     resolve: Callable[[], Resolved],
     runner: Callable[[Plan, dict[str, PluginVersion]], Runner],
+    before_end: Callable[[], None],
 ) -> None:
-    """Run an attempt to its end and record how it ended. Ending twice changes nothing, so it may be run again after a crash."""
+    """Run an attempt to its end and record how it ended. Ending twice changes nothing, so it may be run again after a crash.
+
+    `before_end` returns where the end is to be recorded.
+    """
     jobs = office.jobs
     if not persistently(lambda: jobs.start(design_id, attempt, worker)):
         return
     end = _attempted(office, design_id, attempt, resolve, runner)
+    before_end()
     persistently(end)
 
 
