@@ -10,6 +10,13 @@ from postgresql_server import PostgresqlServer, running_postgresql
 from s3_server import S3Server, running_s3
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Where tests run side by side, those of a file stay together, and so do all that look at the same whole designs."""
+    for item in items:
+        needs_designs = "designed" in getattr(item, "fixturenames", ())
+        item.add_marker(pytest.mark.xdist_group("designs" if needs_designs else item.path.name))
+
+
 @pytest.fixture(scope="session")
 def designed(tmp_path_factory: pytest.TempPathFactory) -> Designed:
     """Whole designs by the command line, each made once a session."""
