@@ -3,7 +3,7 @@
 import hashlib
 from datetime import UTC, datetime, timedelta
 
-from sqlalchemy import JSON, Boolean, DateTime, Float, Integer, String, insert, select
+from sqlalchemy import JSON, Boolean, DateTime, Float, Integer, LargeBinary, String, insert, select
 
 from gripwright.store.columns import UtcDateTime
 
@@ -58,6 +58,8 @@ def _value(table, column, number):
         return 1000 + 7 * number
     if isinstance(kind, Float):
         return number + 0.1
+    if isinstance(kind, LargeBinary):
+        return bytes([number, 0, 255])
     assert isinstance(kind, String), f"{table.name}.{column.name} has a type that no value is known for: {kind!r}"
     spelt = f"{table.name}.{column.name}.{number}"
     if kind.length in (32, 64):

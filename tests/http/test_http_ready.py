@@ -8,7 +8,6 @@ from sqlalchemy import text
 from gripwright.http.app import create_app
 from gripwright.jobs.supervisor import Supervisor
 from gripwright.settings import Settings
-from gripwright.store.storage import open_limited_artifacts
 
 
 @pytest.fixture
@@ -40,7 +39,7 @@ def put_a_file_in_the_way(service):
 
 
 def fill_the_disk(service):
-    service.artifacts = open_limited_artifacts(service.settings.model_copy(update={"disk_free_min_bytes": 2**60}))
+    service.settings = service.settings.model_copy(update={"disk_free_min_bytes": 2**60})
 
 
 def lose_the_workers(service):

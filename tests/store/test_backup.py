@@ -48,7 +48,7 @@ def settings(request, tmp_path):
 def test_what_was_backed_up_while_the_service_ran_is_restored_to_the_same_bytes(settings, tmp_path):
     first, second = settings
     assert run(first, "migrate").exit_code == 0
-    with TestClient(create_app(first)) as client:
+    with TestClient(create_app(first), base_url="http://localhost") as client:
         client.app.state.service.wait_for_plugins(60)
         service = client.app.state.service
         product_id, address, waiting = design_over_http(
@@ -66,7 +66,7 @@ def test_what_was_backed_up_while_the_service_ran_is_restored_to_the_same_bytes(
     forced = run(second, "restore", str(tmp_path / "backup"), "--force")
     assert (restored.exit_code, refused.exit_code, forced.exit_code) == (0, 1, 0), restored.output + forced.output
     assert "not empty" in refused.stderr
-    with TestClient(create_app(second)) as client:
+    with TestClient(create_app(second), base_url="http://localhost") as client:
         after = [client.get(path).content for path in paths]
         assert after == before
         with client.app.state.service.database.read_sessions() as session:
@@ -80,7 +80,7 @@ def one_backup(tmp_path_factory):
     tmp_path = tmp_path_factory.mktemp("backup")
     first = Settings(data_dir=tmp_path / "one")
     assert run(first, "migrate").exit_code == 0
-    with TestClient(create_app(first)) as client:
+    with TestClient(create_app(first), base_url="http://localhost") as client:
         files = {"package": (PACKAGE, make_package(make_document("B-2")), "application/zip")}
         assert client.post("/api/v1/products", files=files).status_code == 201
     assert run(first, "backup", str(tmp_path / "backup")).exit_code == 0

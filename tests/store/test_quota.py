@@ -21,7 +21,8 @@ from gripwright.http.app import create_app
 from gripwright.settings import Settings
 from service_factory import make_document, make_package
 folder = pathlib.Path(os.environ["FOLDER"])
-with TestClient(create_app(Settings(data_dir=folder, disk_free_min_bytes=0)), raise_server_exceptions=False) as client:
+app = create_app(Settings(data_dir=folder, disk_free_min_bytes=0))
+with TestClient(app, base_url="http://localhost", raise_server_exceptions=False) as client:
     client.app.state.service.wait_for_plugins(60)
     def upload(name):
         files = {"package": ("package.zip", make_package(make_document(name)), "application/zip")}
@@ -43,7 +44,7 @@ with TestClient(create_app(Settings(data_dir=folder, disk_free_min_bytes=0)), ra
 
 def test_an_upload_and_a_design_beyond_the_quota_are_answered_with_507_and_store_nothing(tmp_path):
     settings = Settings(data_dir=tmp_path, disk_quota_bytes=200_000)
-    with TestClient(create_app(settings), raise_server_exceptions=False) as client:
+    with TestClient(create_app(settings), base_url="http://localhost", raise_server_exceptions=False) as client:
         client.app.state.service.wait_for_plugins(60)
         files = {"package": ("package.zip", make_package(make_document("Q-1")), "application/zip")}
         product_id = client.post("/api/v1/products", files=files).json()["id"]

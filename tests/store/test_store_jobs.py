@@ -225,7 +225,9 @@ def test_the_end_of_a_job_queues_a_message_to_those_who_asked_for_it(queue, jobs
     now = utc_now()
     with database.write_sessions.begin() as session:
         for name, events in (("all", ["design.failed", "design.complete"]), ("other", ["design.complete"])):
-            row = WebhookRow(id=name, url="http://x", events=events, secret="whsec_", created_at=now)
+            row = WebhookRow(
+                id=name, url="http://x", events=events, secret="whsec_", enabled=True, disabled_reason="", created_at=now
+            )
             WebhookRepository(session).add(row)
     design_id = queue()
 

@@ -16,7 +16,7 @@ from gripwright.store.storage import open_artifacts
 from gripwright.store.transfer import DATA_TABLES, copy_rows, snapshot
 from populated import contents, populate
 
-NAMES_OF_OTHER_THINGS = {("idempotency", "request_sha256"), ("api_key", "secret_sha256")}
+NAMES_OF_OTHER_THINGS = {("idempotency", "request_sha256"), ("idempotency", "caller_sha256"), ("api_key", "secret_sha256")}
 
 
 @pytest.fixture

@@ -59,12 +59,14 @@ def _database(service: State) -> str | None:
 
 
 def _storage(service: State) -> str | None:
+    """Not its quota: what is full can be read still."""
+    least = service.settings.disk_free_min_bytes
     try:
         service.artifacts.files.refresh("ready", b"ready")
-        service.artifacts.require_room()
+        free = service.artifacts.files.free_bytes()
     except GripwrightError as error:
         return error.detail
-    return None
+    return None if free is None or free >= least else f"{free} bytes are free on the disk, {least} must stay free"
 
 
 def _plugins(service: State) -> str | None:

@@ -106,8 +106,8 @@ def _digest(row: Mapping[Any, Any]) -> int:
     return int.from_bytes(hashlib.sha256(spelt.encode()).digest())
 
 
-def _spelt(value: datetime) -> str:
-    return value.isoformat()
+def _spelt(value: datetime | bytes) -> str:
+    return value.hex() if isinstance(value, bytes) else value.isoformat()
 
 
 def _continue_numbers(source: Connection, target: Connection, table: Table) -> None:
