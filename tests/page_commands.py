@@ -25,6 +25,7 @@ def run_page(folder, blocks, *, workers, timeout_s):
     if missing and not os.environ.get("CI"):
         pytest.skip(f"not installed: {', '.join(missing)}")
     (folder / ".venv").symlink_to(sys.prefix)
+    (folder / "openapi").symlink_to(Path(__file__).parents[1] / "openapi")
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = str(free.getsockname()[1])
