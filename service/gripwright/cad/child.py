@@ -21,6 +21,7 @@ from gripwright.domain.errors import GripwrightError, LimitExceeded
 from gripwright.domain.shape import Mesh
 
 _PR_SET_PDEATHSIG = 1
+_NICENESS = 5  # between the service, which many wait for, and the workers
 _DETAIL_MAX = 1000  # characters: what a file says of itself may be quoted in it
 
 
@@ -28,6 +29,7 @@ def main() -> None:
     """Answer until the requests end."""
     limits = Limits(**json.loads(sys.argv[1]))
     _die_with_parent()
+    os.nice(_NICENESS)
     resource.setrlimit(resource.RLIMIT_AS, (limits.memory_bytes, limits.memory_bytes))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     requests, answers = _private_streams()
