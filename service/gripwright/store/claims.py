@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from datetime import datetime
 
-from sqlalchemy import Connection, Select, and_, bindparam, func, or_, select, text
+from sqlalchemy import BindParameter, ColumnElement, Connection, Select, and_, bindparam, func, or_, select, text
 from sqlalchemy.orm import Session
 
 from gripwright.store.columns import UtcDateTime
@@ -11,12 +11,6 @@ from gripwright.store.models import JobRow
 
 _LOCK = 5_071_306  # any number that nothing else locks
 _JOB = JobRow.__table__.c
-_NOW = bindparam("now", type_=UtcDateTime())
-_ANY_WAITING = (
-    select(_JOB.id)
-    .where(_JOB.status == "queued", _JOB.dispatched.is_(False), or_(_JOB.not_before.is_(None), _JOB.not_before <= _NOW))
-    .limit(1)
-)
 ACTIVE = or_(JobRow.status == "running", and_(JobRow.status == "queued", JobRow.dispatched))
 """Running, or taken by a worker that starts it in a moment."""
 
@@ -29,10 +23,16 @@ class DesignLimits:
     per_client: int | None = None
 
 
+def _is_waiting(now: datetime | BindParameter[datetime]) -> ColumnElement[bool]:
+    return and_(_JOB.status == "queued", _JOB.dispatched.is_(False), or_(_JOB.not_before.is_(None), _JOB.not_before <= now))
+
+
 def waiting(now: datetime) -> Select[str, int]:
     """(design, attempt) of what may be taken now."""
-    is_due = or_(JobRow.not_before.is_(None), JobRow.not_before <= now)
-    return select(JobRow.id, JobRow.attempt).where(JobRow.status == "queued", JobRow.dispatched.is_(False), is_due)
+    return select(JobRow.id, JobRow.attempt).where(_is_waiting(now))
+
+
+_ANY_WAITING = select(_JOB.id).where(_is_waiting(bindparam("now", type_=UtcDateTime()))).limit(1)  # built once
 
 
 def is_any_waiting(connection: Connection, now: datetime) -> bool:
