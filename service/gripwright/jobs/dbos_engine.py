@@ -34,8 +34,9 @@ log = logging.getLogger(__name__)
 
 CPU_QUEUE = "cpu"
 _POLL_S = 0.1
-_IDLE_POLL_S = 0.5
+_IDLE_POLL_S = 0.75
 _UNUSED_S = 60.0  # between looks at what this service has none of: notifications, schedules
+_FLUSH_S = 0.5  # between looks for notifications to send; DBOS waits for the end of such a sleep when it ends
 _STEP_RECOVERIES = 3  # a step that takes its whole worker down so often is given up
 _QUEUED, _BEGUN = WorkflowStatusString.ENQUEUED.value, WorkflowStatusString.PENDING.value
 _ACTIVE = (_QUEUED, _BEGUN, WorkflowStatusString.DELAYED.value)
@@ -56,6 +57,7 @@ class DbosEngine:
             log_level="WARNING",
             db_engine_kwargs=engine_options(database_url),
             notification_listener_polling_interval_sec=_UNUSED_S,
+            notification_coalesce_sec=_FLUSH_S,
             scheduler_polling_interval_sec=_UNUSED_S,
         )
         DBOS(config=config)

@@ -14,7 +14,7 @@ from gripwright.settings import Settings
 from gripwright.store.columns import new_id, utc_now
 from gripwright.store.engines import Database
 from gripwright.store.models import WebhookAttemptRow, WebhookDeliveryRow, WebhookRow
-from gripwright.store.webhooks import DeliveryRepository
+from gripwright.store.webhooks import DeliveryRepository, is_any_due
 
 _log = logging.getLogger(__name__)
 
@@ -110,8 +110,8 @@ class DeliveryLoop:
             self._free.release()
 
     def _claim(self, now: datetime) -> _Message | None:
-        with self._database.read_sessions() as session:  # most looks find nothing, and should not keep writers waiting
-            if not DeliveryRepository(session).any_due(now):
+        with self._database.glance() as connection:  # most looks find nothing, and should not keep writers waiting
+            if not is_any_due(connection, now):
                 return None
         with self._database.write_sessions.begin() as session:
             claimed = DeliveryRepository(session).claim(now, _LEASE)

@@ -2,11 +2,11 @@
 
 from datetime import datetime, timedelta
 
-from sqlalchemy import ColumnElement, CursorResult, and_, delete, func, or_, select, tuple_
+from sqlalchemy import BindParameter, ColumnElement, Connection, CursorResult, and_, bindparam, delete, func, or_, select, tuple_
 from sqlalchemy.orm import Session
 
 from gripwright.domain.errors import NotFound
-from gripwright.store.columns import new_id
+from gripwright.store.columns import UtcDateTime, new_id
 from gripwright.store.models import WebhookAttemptRow, WebhookDeliveryRow, WebhookRow
 from gripwright.store.pages import Cursor
 
@@ -96,11 +96,6 @@ class DeliveryRepository:
     def __init__(self, session: Session) -> None:
         self._session = session
 
-    def any_due(self, now: datetime) -> bool:
-        """Whether there is something to claim; takes no lock."""
-        due = select(WebhookDeliveryRow.id).join(WebhookRow, WebhookRow.id == WebhookDeliveryRow.webhook_id).where(_due(now))
-        return self._session.scalar(due.limit(1)) is not None
-
     def claim(self, now: datetime, lease: timedelta) -> tuple[WebhookDeliveryRow, WebhookRow] | None:
         """Take the message that is due longest; nobody sends to the same subscriber before the lease ends, or it is settled."""
         query = (
@@ -135,10 +130,23 @@ class DeliveryRepository:
         return found.rowcount
 
 
-def _due(now: datetime) -> ColumnElement[bool]:
+def _due(now: datetime | BindParameter[datetime]) -> ColumnElement[bool]:
     return and_(
         WebhookDeliveryRow.status == "pending",
         WebhookDeliveryRow.next_attempt_at <= now,
         WebhookRow.enabled.is_(True),
         or_(WebhookRow.rests_until.is_(None), WebhookRow.rests_until <= now),
     )
+
+
+_ANY_DUE = (
+    select(WebhookDeliveryRow.id)
+    .join(WebhookRow, WebhookRow.id == WebhookDeliveryRow.webhook_id)
+    .where(_due(bindparam("now", type_=UtcDateTime())))
+    .limit(1)
+)  # built once
+
+
+def is_any_due(connection: Connection, now: datetime) -> bool:
+    """Whether there is something to claim: asked every second by every worker, hence of the connection itself."""
+    return connection.execute(_ANY_DUE, {"now": now}).first() is not None
