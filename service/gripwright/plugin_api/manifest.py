@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-API_VERSION = "1.1"
+API_VERSION = "1.2"
 """Version of the contract. A plug-in made for 1.x loads with every later 1.y."""
 
 ENTRY_POINT_GROUP = "gripwright.plugins"
