@@ -69,9 +69,7 @@ class RansacSphereFitter:
             return Rejection("no-sphere", f"no sphere through four vertices was found in {self._params.samples} samples")
         center, radius = np.array(found.center, dtype=float), float(found.radius)
         if not radius <= size_mm:  # four points in one plane, but for rounding
-            return Rejection(
-                "no-sphere", f"its radius would be {radius:.3g} mm, at most {size_mm:.3g} mm, the segment's size"
-            )
+            return Rejection("no-sphere", f"its radius would be {radius:.3g} mm, at most {size_mm:.3g} mm, the segment's size")
         centres = face_centres_mm(mesh)[segment.faces]  # (k, 3); a box's corners lie on a sphere too, its faces do not
         distances = np.linalg.norm(np.concatenate([points, centres]) - center, axis=1)
         rms = float(np.sqrt(np.mean((distances - radius) ** 2)))
