@@ -16,7 +16,6 @@ import signal
 import sys
 import threading
 import time
-import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing import forkserver
@@ -25,6 +24,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from gripwright.domain.errors import Cancelled, Fault, GripwrightError
+from gripwright.jobs.child_log import LogOfParent, log_for_child
 from gripwright.jobs.plugin_calls import CallNote, PluginCalls
 
 Progress = Callable[[float, str], None]
@@ -182,7 +182,7 @@ def _receive(
                     faults = tuple(Fault(*fault) for fault in body.pop("faults"))
                     raise Refused(body["code"], body["detail"], faults, **body["context"])
                 case "log":
-                    _log_for_child(*body)
+                    log_for_child(*body)
                 case "defect":
                     raise ChildFailure(body)
                 case "broke":
@@ -239,7 +239,7 @@ def _main(work: Work, argument: Any, limits: Limits, sender: Connection, note: C
         with lock:
             sender.send_bytes(json.dumps([kind, body]).encode())
 
-    logging.getLogger().handlers = [_LogOfParent(send)]
+    logging.getLogger().handlers = [LogOfParent(send)]
     try:
         send("result", work(argument, lambda fraction, message: send("progress", [fraction, message]), calls))
     except MemoryError:
@@ -261,26 +261,6 @@ def _shortage_of_memory(limits: Limits, *, in_plugin: bool) -> str:
     if in_plugin and own is not None and own < limits.memory_mb:
         return f"needs more than the {own} MB of memory that one call of a plug-in may take"
     return f"needs more than {limits.memory_mb} MB of memory"
-
-
-class _LogOfParent(logging.Handler):
-    """Lets the parent write what the child logs: it knows what for, and how."""
-
-    def __init__(self, send: Callable[[str, Any], None]) -> None:
-        super().__init__(logging.INFO)
-        self._send = send
-
-    def emit(self, record: logging.LogRecord) -> None:
-        trace = "".join(traceback.format_exception(*record.exc_info)) if record.exc_info else None
-        self._send("log", [record.name, record.levelno, record.getMessage(), trace])
-
-
-def _log_for_child(name: str, level: int, message: str, trace: str | None) -> None:
-    logger = logging.getLogger(name)
-    record = logger.makeRecord(name, level, "", 0, message, (), None)
-    record.exc_text = trace
-    if logger.isEnabledFor(level):
-        logger.handle(record)
 
 
 def _let_go_of_server() -> None:
