@@ -1,5 +1,6 @@
 """Products as the command line designs them, once a session: what tests of whole designs look at."""
 
+import json
 import os
 import subprocess
 import sys
@@ -27,7 +28,7 @@ class Designed(Protocol):
 
 
 def designer(tmp_path_factory: pytest.TempPathFactory) -> Designed:
-    """Runs the command as a user would; the same call is answered from memory.
+    """Runs the command as a user would, with the built-in plug-ins alone; the same call is answered from memory.
 
     Runs share a data folder, so that what products have in common is computed once; with `again` a run has one of its own. With
     `examples` the distributions of plug-ins beside the built-in one are installed, too.
@@ -41,9 +42,10 @@ def designer(tmp_path_factory: pytest.TempPathFactory) -> Designed:
         command = [str(Path(sys.executable).parent / "gripwright"), "design", str(package), "--out", str(folder / "design")]
         for setting in settings:
             command += ["--set", setting]
-        environment = os.environ | {"GRIPWRIGHT_DATA": str(data)}
+        environment = os.environ | {"GRIPWRIGHT_DATA": str(data), "GRIPWRIGHT_PLUGINS_ALLOW": '["gripwright"]'}
         if examples:
-            _, environment["PYTHONPATH"] = install_examples(tmp_path_factory.mktemp("site"))
+            names, environment["PYTHONPATH"] = install_examples(tmp_path_factory.mktemp("site"))
+            environment["GRIPWRIGHT_PLUGINS_ALLOW"] = json.dumps(["gripwright", *names])
         finished = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
         assert finished.returncode in (COMPLETE, INCOMPLETE), finished.stderr
         return finished.returncode, folder / "design"
