@@ -45,7 +45,7 @@ STAGES: Mapping[str, Stage] = {
         Stage(name="owned", at=_AT, uses=("hand",), plan_fields=("owned",)),
         Stage(name="prepare", at=_AT, version=2),
         Stage(name="segment", at=_AT, uses=("segmenter",), plan_fields=("seed",), version=5),
-        Stage(name="fit", at=_AT, uses=("fitter",), plan_fields=("seed",), version=5),
+        Stage(name="fit", at=_AT, uses=("fitter",), plan_fields=("seed",), version=6),
         Stage(name="keep", at=_AT),
         Stage(name="grips", at=_AT, uses=("affordance", "rule", "policy"), plan_fields=("plan", "seed"), version=2),
         Stage(
