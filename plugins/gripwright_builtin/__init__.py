@@ -6,7 +6,6 @@ _HERE = "gripwright_builtin"
 _SHAPES = f"{_HERE}.shapes"
 
 manifest = Manifest(
-    name="gripwright-builtin",
     version="0.1.0",
     api_version=API_VERSION,
     plugins=(
@@ -73,5 +72,8 @@ manifest = Manifest(
         PluginEntry(kind="optimizer", key="set_cover", target=f"{_HERE}.optimizers.set_cover:SetCoverOptimizer"),
         PluginEntry(kind="finger", key="straight", target=f"{_HERE}.fingers.straight:StraightFinger"),
         PluginEntry(kind="finger", key="concave", target=f"{_HERE}.fingers.concave:ConcaveFinger"),
+        PluginEntry(kind="policy", key="only_makers", target=f"{_HERE}.policies.makers:OnlyMakers"),
+        PluginEntry(kind="policy", key="prefer_makers", target=f"{_HERE}.policies.makers:PreferMakers"),
+        PluginEntry(kind="policy", key="never_grip", target=f"{_HERE}.policies.surfaces:NeverGrip"),
     ),
 )

@@ -93,6 +93,7 @@ def _grippers(result: DesignResult, views: Views) -> str:
             f"{entry['opening_max']:.4g} mm · fingers {entry['finger_length']:g} mm<br>{escape(actuator['maker'])} "
             f"{escape(actuator['model'])}, stroke {actuator['stroke']:g} mm, jaw offset {actuator['jaw_offset']:.4g} mm"
         )
+        text += "".join(f"<br>{escape(remark)}" for remark in entry["remarks"])
         if isinstance(cad, Rejection):
             cards.append(f'<p>{text}<br><span class="no">{escape(cad.detail)}</span></p>')
         elif cad is None:
