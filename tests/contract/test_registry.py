@@ -41,7 +41,8 @@ def test_an_installed_distribution_is_found_with_all_its_plugins(good):
 
     assert not registry.failures
     assert {plugin.name for plugin in registry.plugins} == {
-        f"{kind}/fake" for kind in ("segmenter", "fitter", "affordance", "rule", "hand", "planner", "optimizer", "finger")
+        f"{kind}/fake"
+        for kind in ("segmenter", "fitter", "affordance", "rule", "hand", "planner", "holding", "optimizer", "finger")
     }
     assert {(plugin.distribution, plugin.version) for plugin in registry.plugins} == {(GOOD, "1.0")}
 

@@ -4,7 +4,7 @@ import dataclasses
 import importlib
 import pkgutil
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import TypedDict
 
@@ -17,6 +17,7 @@ from gripwright.plugin_api import (
     GripperOptimizer,
     GripperRule,
     HandModel,
+    HoldingModel,
     PrimitiveFitter,
     Segmenter,
 )
@@ -44,6 +45,7 @@ class Toolbox:
     fingers: Mapping[str, FingerDesigner]  # by gripper type
     versions: Mapping[str, PluginVersion]  # by "kind/key"
     record_classes: tuple[type, ...]  # dataclasses that a stored result may hold
+    holding: Mapping[str, HoldingModel] = field(default_factory=dict)  # by gripper type; types that are not among them close jaws
 
 
 @cache

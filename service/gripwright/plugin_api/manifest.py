@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-API_VERSION = "1.1"
+API_VERSION = "1.2"
 """Version of the contract. A plug-in made for 1.x loads with every later 1.y."""
 
 ENTRY_POINT_GROUP = "gripwright.plugins"
 
-KINDS = ("segmenter", "fitter", "affordance", "rule", "hand", "planner", "optimizer", "finger")
+KINDS = ("segmenter", "fitter", "affordance", "rule", "hand", "planner", "holding", "optimizer", "finger")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
