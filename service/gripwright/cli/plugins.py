@@ -52,7 +52,7 @@ def check(
 @plugins.command()
 def new(
     name: Annotated[str, typer.Argument(help="lower case letters, digits and _; becomes the plug-in's key")],
-    kind: Annotated[str, typer.Option(help="segmenter, fitter, affordance, rule, hand, planner, optimizer or finger")],
+    kind: Annotated[str, typer.Option(help="segmenter, fitter, affordance, rule, hand, planner, holding, optimizer or finger")],
     out: Annotated[Path, typer.Option(help="the folder in which the project's folder is made")] = Path(),
 ) -> None:
     """Begin a plug-in: a project with code, tests and CI that passes its own tests at once."""

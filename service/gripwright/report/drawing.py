@@ -8,7 +8,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from gripwright.design.stages.fingers import GripperCad
-from gripwright.domain.grasp import INTERNAL
+from gripwright.domain.grasp import INTERNAL, SURFACE
 from gripwright.domain.gripper import second_part
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry import brep
@@ -105,7 +105,7 @@ def _measure(cad: GripperCad, solid: brep.Shape) -> _Measures:
 
 
 def _seat_mm(cad: GripperCad) -> float:
-    if cad.finger.bonded is None:
+    if cad.finger.bonded is None or cad.spec.grip == SURFACE:
         return 0.0
     x = brep.bounds_mm(brep.read_brep(cad.finger.bonded.pad.brep))[:, 0]
     return float(x[np.argmax(np.abs(x))])
