@@ -8,12 +8,12 @@ help: ## what can be made
 
 setup: .venv/.installed ## install everything into .venv, from locked and hashed requirements
 
-.venv/.installed: requirements.lock pyproject.toml plugins/gripwright_vacuum/pyproject.toml
+.venv/.installed: requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed, this is " + sys.version)'
 	@bash .ci/system-packages run
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e . -e plugins/gripwright_vacuum
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@echo "compiling (once; the first design need not)"
 	@data=$$(mktemp -d) && GRIPWRIGHT_DATA=$$data $(BIN)/gripwright analyse service/gripwright/samples/pump/nut.stl --units mm > $$data/log; rm -r $$data
 	@touch $@

@@ -1,4 +1,4 @@
-"""Centric grasps along a cylinder's axis (paper, section 5.3)."""
+"""Centric grasps along the axis of a cylinder, or of whatever else has one (paper, section 5.3)."""
 
 from collections.abc import Sequence
 from typing import ClassVar
@@ -8,7 +8,7 @@ from pydantic import Field
 
 from gripwright.domain.assembly import Component
 from gripwright.domain.grasp import CENTRIC_3, INTERNAL, Grasp, GripRequirement
-from gripwright.domain.shape import Cylinder, FloatArray, Segment
+from gripwright.domain.shape import AxialPrimitive, FloatArray, Segment
 from gripwright.geometry.frames import any_perpendicular, pose
 from gripwright.geometry.measures import face_normals
 from gripwright.plugin_api import HandModel, Params, RunContext
@@ -26,7 +26,7 @@ class AxialSettings(Params):
 
 
 class AxialPlanner:
-    """Aligns the gripper's axis with the cylinder's, from either end, at several depths and rotations."""
+    """Aligns the gripper's axis with the primitive's, from either end, at several depths and rotations."""
 
     key: ClassVar[str] = "axial"
     params_model: ClassVar[type[Params]] = AxialSettings
@@ -39,17 +39,17 @@ class AxialPlanner:
         self, component: Component, segment: Segment, requirement: GripRequirement, hand: HandModel, ctx: RunContext
     ) -> Sequence[Grasp]:
         """Grasps ordered by depth: the shallowest need the shortest fingers."""
-        cylinder = requirement.primitive
-        if not isinstance(cylinder, Cylinder):
+        held = requirement.primitive
+        if not isinstance(held, AxialPrimitive):
             return []
-        x = any_perpendicular(cylinder.axis_C)
-        turns, beside = self._rotations(component, segment, cylinder, x, hand.fingers)
-        fingers = np.cos(turns)[:, None] * x + np.sin(turns)[:, None] * np.cross(cylinder.axis_C, x)  # (t, 3)
+        x = any_perpendicular(held.axis_C)
+        turns, beside = self._rotations(component, segment, held, x, hand.fingers)
+        fingers = np.cos(turns)[:, None] * x + np.sin(turns)[:, None] * np.cross(held.axis_C, x)  # (t, 3)
         grasps = []
         off_bottom = _OFF_BOTTOM_MM + ctx.margin_mm if requirement.grip == INTERNAL else None
-        for depth, deeper in self._depths(cylinder.height_mm, ctx.min_contact_mm, off_bottom):
+        for depth, deeper in self._depths(held.height_mm, ctx.min_contact_mm, off_bottom):
             for approach in requirement.approach_C:
-                tips = cylinder.center_C + approach * (depth - cylinder.height_mm / 2.0)
+                tips = held.center_C + approach * (depth - held.height_mm / 2.0)
                 X_CG = pose(fingers, np.cross(approach, fingers), approach, tips)
                 for turn, X, stands in zip(turns, X_CG, beside, strict=True):
                     grasps.append(
@@ -76,7 +76,7 @@ class AxialPlanner:
         return [(depth, deeper.get(depth)) for depth in np.unique(np.round(chosen, 6)).tolist()]
 
     def _rotations(
-        self, component: Component, segment: Segment, cylinder: Cylinder, x: FloatArray, fingers: int
+        self, component: Component, segment: Segment, held: AxialPrimitive, x: FloatArray, fingers: int
     ) -> tuple[FloatArray, list[float | None]]:
         """Rotations of finger 1 about the axis, [0, 2π/fingers), and how far each stands for those beside it.
 
@@ -86,8 +86,8 @@ class AxialPlanner:
         regular = np.arange(0.0, pitch - 1e-9, step)
         beside: list[float | None] = [step / 2.0] * len(regular)
         normals = face_normals(component.mesh)[segment.faces]  # (k, 3)
-        radial = normals[np.abs(normals @ cylinder.axis_C) < 0.1]
-        angles = np.arctan2(radial @ np.cross(cylinder.axis_C, x), radial @ x)
+        radial = normals[np.abs(normals @ held.axis_C) < 0.1]
+        angles = np.arctan2(radial @ np.cross(held.axis_C, x), radial @ x)
         distinct = np.unique(np.round(angles, 3))
         if len(distinct) == 0 or len(distinct) >= _COARSE:
             return regular, beside

@@ -75,6 +75,7 @@ class Plan(BaseModel):
     finger: str | tuple[str, ...] = Field(
         "straight", description="key of the finger designer, or of several for different gripper types"
     )
+    policies: tuple[str, ...] = Field((), description="keys of the house's policies: they forbid and prefer grips and actuators")
     actuators: Literal["all", "paper"] | tuple[str, ...] = Field(
         "all", description="the catalogue, the paper's two air chucks, or a list of maker/model"
     )

@@ -18,6 +18,7 @@ from gripwright.plugin_api import (
     GripperRule,
     HandModel,
     HoldingModel,
+    HousePolicy,
     PrimitiveFitter,
     Segmenter,
 )
@@ -43,6 +44,7 @@ class Toolbox:
     planners: Mapping[str, tuple[GraspPlanner, ...]]  # by gripper type
     optimizer: GripperOptimizer
     fingers: Mapping[str, FingerDesigner]  # by gripper type
+    policies: tuple[HousePolicy, ...]
     versions: Mapping[str, PluginVersion]  # by "kind/key"
     record_classes: tuple[type, ...]  # dataclasses that a stored result may hold
     holding: Mapping[str, HoldingModel] = field(default_factory=dict)  # by gripper type; types that are not among them close jaws

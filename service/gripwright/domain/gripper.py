@@ -7,6 +7,7 @@ from gripwright.domain.grasp import clearance_mm as clearance_of
 from gripwright.domain.groove import Groove
 from gripwright.domain.later import LATER
 from gripwright.domain.pad import PAD, Pad
+from gripwright.domain.preference import Preference
 from gripwright.domain.shape import FloatArray, Mesh
 
 BOUND_TOLERANCE_MM = 1e-9
@@ -94,6 +95,7 @@ class Handle:
     hold: Hold
     safety_factor: float | None  # grip force over the force that holding needs; None: the actuator's force is unknown
     grip_force_N: float | None = field(default=None, metadata=LATER)  # with this face, of an actuator without jaws
+    preferences: tuple[Preference, ...] = ()  # of the house's policies
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

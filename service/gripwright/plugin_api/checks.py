@@ -22,6 +22,7 @@ PROTOCOLS: Mapping[str, type] = MappingProxyType(
         "holding": contracts.HoldingModel,
         "optimizer": contracts.GripperOptimizer,
         "finger": contracts.FingerDesigner,
+        "policy": contracts.HousePolicy,
     }
 )
 

@@ -7,7 +7,7 @@ API_VERSION = "1.2"
 
 ENTRY_POINT_GROUP = "gripwright.plugins"
 
-KINDS = ("segmenter", "fitter", "affordance", "rule", "hand", "planner", "holding", "optimizer", "finger")
+KINDS = ("segmenter", "fitter", "affordance", "rule", "hand", "planner", "holding", "optimizer", "finger", "policy")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,9 +22,9 @@ class PluginEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Manifest:
-    """What the entry point must resolve to."""
+    """What the entry point must resolve to. `version` is stored with results: raise it when they change."""
 
-    name: str
     version: str
     api_version: str
     plugins: tuple[PluginEntry, ...]
+    name: str = ""  # deprecated since 1.2

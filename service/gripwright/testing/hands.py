@@ -156,7 +156,7 @@ def _points(solids: Any) -> FloatArray | None:
 CHECKS = (
     Check("finger poses", "X_GF of each finger is Rz(θ)·Tx(W/2)", poses),
     Check("finger", "a finger lies behind its gripping surface and its tip", finger),
-    Check("face", "a face is as wide as the opening width says", face),
+    Check("sized", "a face is as wide as the opening width says", face),
     Check("palm", "the palm lies behind z = −L and within its envelope", palm),
     Check("opening floor", "the least opening is a length", opening_floor),
 )

@@ -5,7 +5,6 @@ from gripwright.plugin_api import Manifest, PluginEntry
 _HERE = "gripwright_vacuum"
 
 manifest = Manifest(
-    name="gripwright-vacuum",
     version="0.1.0",
     api_version="1.2",
     plugins=(
