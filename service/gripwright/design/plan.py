@@ -97,9 +97,10 @@ class Plan(BaseModel):
     @field_validator("finger")
     @classmethod
     def _one_by_its_key(cls, finger: str | tuple[str, ...]) -> str | tuple[str, ...]:
-        if not finger:
+        keys = tuple(key.strip() for key in (finger.split(",") if isinstance(finger, str) else finger) if key.strip())
+        if not keys:
             raise ValueError("no finger designer is named")
-        return finger[0] if isinstance(finger, tuple) and len(finger) == 1 else finger
+        return keys[0] if len(keys) == 1 else keys
 
     @field_validator("owned")
     @classmethod
