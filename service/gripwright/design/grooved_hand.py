@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from gripwright.design.holder import sized_hand
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL
 from gripwright.domain.gripper import ConvexSolid, Gripper
 from gripwright.domain.groove import Groove
@@ -56,5 +57,5 @@ class GroovedHand:
 
 
 def hand_of(gripper: Gripper, hand: HandModel) -> HandModel:
-    """The hand of a gripper of that type, its tips as they are shaped."""
-    return hand if gripper.groove is None else GroovedHand(hand, gripper.groove)
+    """The hand of a gripper of that type: its tips as they are shaped, or its face of that size."""
+    return sized_hand(hand, gripper.opening_max_mm) if gripper.groove is None else GroovedHand(hand, gripper.groove)

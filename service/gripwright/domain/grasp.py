@@ -11,6 +11,19 @@ PARALLEL_2 = "parallel-2"
 CENTRIC_3 = "centric-3"
 EXTERNAL = "external"
 INTERNAL = "internal"
+SURFACE = "surface"
+"""A grip by one face of the component, as of a suction cup or a magnet: the hand does not close, the opening width is the
+size of what holds."""
+
+
+def letting_go(grip: str) -> float:
+    """Which way the opening changes to let go: 1 it grows, −1 it shrinks, 0 it stays."""
+    return {EXTERNAL: 1.0, INTERNAL: -1.0}.get(grip, 0.0)
+
+
+def clearance_mm(grip: str, *asked_mm: float) -> float:
+    """By how much the opening has to change to let go: the most of what is asked, nothing where the hand does not close."""
+    return 0.0 if grip == SURFACE else max(asked_mm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,7 +65,7 @@ class Grasp:
 class Hold:
     """What holding a grasp asks of the gripper."""
 
-    required_force_N: float  # total grip force that friction needs, safety factor 1
+    required_force_N: float  # total grip force that holding needs, safety factor 1
     moment_Nmm: float  # largest moment about the contacts
     symmetry: float  # 1: the insertion force acts on the grip axis
     contact_area_mm2: float = 0.0
@@ -84,7 +97,7 @@ class NearestMiss:
     """
 
     code: str
-    quantity: str  # "clearance", "contact height", "surface gap", "grip force", "friction", "opening", "no-grasp"
+    quantity: str  # "clearance", "contact height", "surface gap", "grip force", "friction", "opening", "no-grasp", "hold"
     found: float | None
     limit: float
     amount: float | None

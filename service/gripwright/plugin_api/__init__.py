@@ -4,28 +4,33 @@ in `gripwright.domain` and in `gripwright.geometry`."""
 from gripwright.plugin_api.context import RunContext
 from gripwright.plugin_api.contracts import (
     AffordanceDetector,
+    FaceHand,
     FingerDesigner,
     GraspPlanner,
     GripperOptimizer,
     GripperRule,
     HandModel,
+    HoldingModel,
     HousePolicy,
     Plugin,
     PrimitiveFitter,
     Segmenter,
     TipShaper,
 )
+from gripwright.plugin_api.grips import grips_of
 from gripwright.plugin_api.manifest import API_VERSION, Manifest, PluginEntry
 from gripwright.plugin_api.params import Params
 
 __all__ = [
     "API_VERSION",
     "AffordanceDetector",
+    "FaceHand",
     "FingerDesigner",
     "GraspPlanner",
     "GripperOptimizer",
     "GripperRule",
     "HandModel",
+    "HoldingModel",
     "HousePolicy",
     "Manifest",
     "Params",
@@ -35,4 +40,5 @@ __all__ = [
     "RunContext",
     "Segmenter",
     "TipShaper",
+    "grips_of",
 ]

@@ -5,11 +5,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gripwright.design import holder
 from gripwright.design.gripper_assembly import BodyMeasures, body_shape, jaw_of, reach_mm
+from gripwright.design.holder import Models
 from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import SURFACE
 from gripwright.domain.gripper import FingerDesign, FingerSpec, Gripper
 from gripwright.domain.pad import Pad
 from gripwright.domain.shape import Mesh
+from gripwright.geometry.frames import transform
 from gripwright.plugin_api import FingerDesigner, HandModel, RunContext
 
 _TOLERANCE_MM = 0.02  # of a tessellated surface
@@ -37,6 +41,7 @@ def design_gripper_cad(
     required_force_N: float,
     safety_factor: float,
     ctx: RunContext,
+    models: Models | None = None,
 ) -> GripperCad | Rejection:
     """Fingers and body of a gripper, inside the hand and the palm envelope that the constraints assumed, or why not.
 
@@ -44,7 +49,7 @@ def design_gripper_cad(
     with the safety factor, and the force to which the actuator must be regulated is stated.
     """
     needed = required_force_N * safety_factor
-    full = gripper.actuator.grip_force_N
+    full = holder.grip_force_N(gripper.actuator, gripper.opening_max_mm, models or {})
     forces = [needed] if full is None else [full, *([needed] if needed < full else [])]
     rejections: list[Rejection] = []
     for force in forces:
@@ -111,7 +116,12 @@ def _outside_hand(spec: FingerSpec, finger: Mesh, hand: HandModel) -> Rejection 
     excess = max(float((room.min(axis=0) - stem.min(axis=0)).max()), float((stem.max(axis=0) - room.max(axis=0)).max()))
     if excess > _TOLERANCE_MM:
         return Rejection("finger-outside-hand", f"the stem reaches {excess:.2f} mm out of the hand model's finger")
-    reach = reach_mm(finger, -spec.opening_max_mm / 2.0)
+    if spec.grip == SURFACE:  # a cup may be wider than the palm: what lies before it was judged by its own solids
+        base = vertices[vertices[:, 2] < -spec.finger_length_mm + _TOLERANCE_MM]
+        poses = hand.finger_poses(spec.opening_max_mm)
+        reach = max((reach_mm(Mesh(vertices_mm=transform(X, base), faces=finger.faces)) for X in poses if len(base)), default=0.0)
+    else:
+        reach = reach_mm(finger, -spec.opening_max_mm / 2.0)
     if reach > spec.envelope_mm + _TOLERANCE_MM:
         return Rejection(
             "base-outside-envelope",
