@@ -31,8 +31,11 @@ from gripwright.domain.assembly import AssemblyTask, Component, Operation
 from gripwright.domain.shape import Analysis, Mesh
 from gripwright.jobs.catalogue import catalogue
 from gripwright.jobs.local import LocalRunner
-from gripwright.jobs.steps import ANALYSIS_STAGES_AT, STAGES_AT, Workshop
+from gripwright.jobs.steps import STAGES_AT, Workshop
+from gripwright.registry.building import build_toolbox
+from gripwright.registry.discovery import load_registry
 from gripwright.settings import load_settings
+from here_runner import HereRunner
 from mesh_factory import box_mesh, mesh_of
 from part_family import parts
 
@@ -97,20 +100,23 @@ def measured(meshes: Mapping[str, Mesh], options: Mapping[str, Any], *, design: 
         return rows, None
     settings = load_settings()
     runner = LocalRunner(Workshop.of(settings, STAGES_AT), plan_of(options), workers=2)
-    result = runner.get(pipeline.design(task_of(meshes), catalogue(settings), runner.plan, runner))
-    status = {operation["id"]: operation["status"] for operation in result.document["operations"]}
+    result = pipeline.design(task_of(meshes), catalogue(settings), runner.plan, runner)
+    (folder,) = runner.map("export", [{"result": {"ref": result}}])
+    document = json.loads(runner.get(folder)["design.json"])
+    status = {operation["id"]: operation["status"] for operation in document["operations"]}
     held = {name: status[f"place {key_of(name)}"] == "covered" for name in meshes}
     rows = {
         name: Row(**{field: getattr(row, field) for field in row.__slots__} | {"held": held[name]}) for name, row in rows.items()
     }
-    return rows, len(result.grippers)
+    return rows, len(document["grippers"])
 
 
 def analysed(meshes: Mapping[str, Mesh], options: Mapping[str, Any]) -> dict[str, Analysis]:
-    """The analysis of each mesh with a plan."""
-    runner = LocalRunner(Workshop.of(load_settings(), ANALYSIS_STAGES_AT), plan_of(options), workers=2)
+    """The analysis of each mesh with a plan, in this process."""
+    plan = plan_of(options)
+    runner = HereRunner(plan, build_toolbox(plan, load_registry()))
     refs = {name: runner.put(mesh) for name, mesh in meshes.items()}
-    answers = analyse(list(refs.values()), runner.plan, runner)
+    answers = analyse(list(refs.values()), plan, runner)
     return {name: runner.get(answers[ref].analysis) for name, ref in refs.items()}
 
 

@@ -11,6 +11,7 @@ from gripwright.domain.errors import Cancelled, Rejection
 from gripwright.domain.gripper_set import GripperSet
 from gripwright.domain.preference import Preference
 from gripwright.domain.shape import Box, Segment
+from gripwright.geometry.drawn import primitive_mesh
 from gripwright.geometry.frames import rotation_z
 from gripwright.plugin_api import Params
 from gripwright_builtin.fingers.concave import ConcaveFinger
@@ -118,6 +119,22 @@ class NotDeterministic(Fitter):
     def fit(self, component, segment, ctx):
         box = super().fit(component, segment, ctx)
         return replace(box, extents_mm=box.extents_mm * (1.0 + 1e-3 * random.random()))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BoxDrawnTwiceAsHigh(Box):
+    def drawn(self):
+        mesh = primitive_mesh(Box(X_CB=self.X_CB, extents_mm=self.extents_mm, filled=self.filled, filled_min=0.5, rms_mm=0.0))
+        return replace(mesh, vertices_mm=mesh.vertices_mm * [1.0, 1.0, 2.0])
+
+
+@breaks("at most 2 % apart")
+class DrawsAnotherSolid(Fitter):
+    def fit(self, component, segment, ctx):
+        box = super().fit(component, segment, ctx)
+        return BoxDrawnTwiceAsHigh(
+            X_CB=box.X_CB, extents_mm=box.extents_mm, filled=box.filled, filled_min=box.filled_min, rms_mm=box.rms_mm
+        )
 
 
 @breaks("takes longer than")

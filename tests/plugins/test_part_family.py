@@ -2,12 +2,7 @@
 
 import numpy as np
 
-from benchmarks.bench_part_family import PLANS, Row, row_of
-from gripwright.design.analysis import analyse
-from gripwright.design.plan import plan_of
-from gripwright.registry.building import build_toolbox
-from gripwright.registry.discovery import load_registry
-from here_runner import HereRunner
+from benchmarks.bench_part_family import PLANS, Row, analysed, row_of
 from mesh_factory import mesh_of
 from part_family import parts
 
@@ -21,18 +16,15 @@ HANDFUL = {
 }
 
 
-def analysed(plan: str) -> dict[str, Row]:
+def fared(plan: str) -> dict[str, Row]:
     """Each of the handful with one of the benchmark's plans."""
-    chosen = plan_of({**PLANS[plan], "segmenter": "primitives"})
-    runner = HereRunner(chosen, build_toolbox(chosen, load_registry()))
     solids = parts()
-    refs = {name: runner.put(mesh_of(solids[name])) for name in HANDFUL}
-    answers = analyse(list(refs.values()), chosen, runner)
-    return {name: row_of(runner.get(answers[ref].analysis)) for name, ref in refs.items()}
+    found = analysed({name: mesh_of(solids[name]) for name in HANDFUL}, {**PLANS[plan], "segmenter": "primitives"})
+    return {name: row_of(analysis) for name, analysis in found.items()}
 
 
 def test_the_shapes_cover_what_boxes_and_cylinders_leave_out_or_enclose_loosely():
-    before, after = analysed("cylinder, box"), analysed("all")
+    before, after = fared("cylinder, box"), fared("all")
 
     for name, kind in HANDFUL.items():
         assert kind in after[name].kinds, after[name]

@@ -265,7 +265,7 @@ def test_a_primitive_explains_the_surface_it_was_fitted_to_and_draws_itself_clos
 @pytest.mark.parametrize(
     ("key", "solid", "says"),
     [
-        ("cone", surface(Manifold.cylinder(20.0, 8.0, 8.0, 48)), "half angle 0.00° is a cylinder, at least 0.50° needed"),
+        ("cone", surface(Manifold.cylinder(20.0, 8.0, 8.0, 48)), "half angle 0.00° is a cylinder, at least 0.20° needed"),
         ("cone", surface(Manifold.cube((30.0, 20.0, 10.0))), "no part of the surface follows a cone"),
         ("cone", surface(pyramid(8, 20.0, 8.0, 18.0)), "no part of the surface follows a cone"),
         ("cone", surface(zone(12.0, -12.0, 12.0, 64)), "lies on the best cone, at least 20.0 % needed"),

@@ -98,7 +98,7 @@ class Cone:
 class ConeParams(Params):
     """What counts as a cone."""
 
-    half_angle_min: float = Field(0.5, gt=0, lt=45, description="Least half angle, degrees; a more slender one is a cylinder.")
+    half_angle_min: float = Field(0.2, gt=0, lt=45, description="Least half angle, degrees; a more slender one is a cylinder.")
     half_angle_max: float = Field(60.0, gt=45, le=80, description="Largest half angle, degrees; a wider one is nearly flat.")
     support_min: float = Field(
         0.2, gt=0, le=1, description="Least share of the segment's area, faces across the axis left out, on the cone."
