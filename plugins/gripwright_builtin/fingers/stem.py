@@ -13,7 +13,6 @@ from gripwright_builtin.fingers.stiffness import Section, polygon_section, recta
 if TYPE_CHECKING:  # the CAD kernel takes most of a second, and most designs that are repeated make no finger
     from gripwright.geometry import brep
 
-_HALF_SLICE_RAD = np.pi / 3.0
 _ARC_POINTS = 61
 
 
@@ -151,15 +150,17 @@ class GroovedStem:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SliceStem:
-    """A third of a cylinder without its core, at x ≤ 0: the round side is the nose that touches a bore. It carries no pad."""
+    """A slice of a cylinder without its core, at x ≤ 0: the round side is the nose that touches a bore. It carries no pad."""
 
+    slices: int  # as many as fingers
     nose_radius_mm: float
     thickness_mm: float  # from the nose towards the axis
 
     @property
     def outline_mm(self) -> FloatArray:
         """The arc by points on it."""
-        angles = np.linspace(-_HALF_SLICE_RAD, _HALF_SLICE_RAD, _ARC_POINTS)
+        half = np.pi / self.slices
+        angles = np.linspace(-half, half, _ARC_POINTS)
         arc = self.nose_radius_mm * np.stack([np.cos(angles) - 1.0, np.sin(angles)], axis=1)
         return convex_hull(np.concatenate([arc, self._flanks(-self.thickness_mm)]))
 
@@ -186,5 +187,5 @@ class SliceStem:
 
     def _flanks(self, x_mm: float) -> FloatArray:
         """Where the planes between neighbouring slices pass x, (2, 2)."""
-        y = np.tan(_HALF_SLICE_RAD) * (self.nose_radius_mm + x_mm)
+        y = np.tan(np.pi / self.slices) * (self.nose_radius_mm + x_mm)
         return np.array([[x_mm, -y], [x_mm, y]])

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import CENTRIC_3, INTERNAL, PARALLEL_2
+from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, INTERNAL, PARALLEL_2
 from gripwright.domain.gripper import FINGER_TOO_HEAVY, FingerDesign, FingerSpec
 from gripwright.domain.shape import FloatArray
 from gripwright.plugin_api import Params, RunContext
@@ -32,9 +32,7 @@ class StraightFingerParams(Params):
 
     thickness: float = Field(8.0, gt=0, le=50, description="mm, of the stem, along the grip direction, pad included")
     width: float = Field(10.0, gt=0, le=50, description="mm, of the stem, across the grip direction")
-    nose_radius: float = Field(
-        4.0, gt=0, le=50, description="mm, of the round gripping surface of a three-finger gripper for bores"
-    )
+    nose_radius: float = Field(4.0, gt=0, le=50, description="mm, of the round gripping surface of a centric gripper for bores")
     nose_thickness: float = Field(3.6, gt=0, le=50, description="mm, of a stem for bores, towards the gripper's axis")
     root_width: float = Field(16.0, gt=0, le=60, description="mm, of the base where the stem stands on it")
     base_thickness: float = Field(10.0, ge=4, le=40, description="mm, least thickness of the base")
@@ -87,7 +85,7 @@ class StraightFinger:
 
     key: ClassVar[str] = "straight"
     params_model: ClassVar[type[StraightFingerParams]] = StraightFingerParams
-    gripper_types: ClassVar[frozenset[str]] = frozenset({PARALLEL_2, CENTRIC_3})
+    gripper_types: ClassVar[frozenset[str]] = frozenset({PARALLEL_2, CENTRIC_3, CENTRIC_4})
 
     def __init__(self, params: StraightFingerParams) -> None:
         self._params = params
@@ -241,10 +239,10 @@ class StraightFinger:
         return brep.single_solid(brep.fuse(brep.cut(base, tools), plan.stem.solid(spec.finger_length_mm)))
 
     def _stem(self, spec: FingerSpec) -> Stem:
-        """Round for a bore, which three fingers hold; flat for everything else."""
+        """Round for a bore, which centric fingers hold; flat for everything else."""
         p = self._params
-        if spec.grip == INTERNAL and spec.gripper_type == CENTRIC_3:
-            return SliceStem(nose_radius_mm=p.nose_radius, thickness_mm=p.nose_thickness)
+        if spec.grip == INTERNAL and spec.gripper_type != PARALLEL_2:
+            return SliceStem(slices=spec.fingers, nose_radius_mm=p.nose_radius, thickness_mm=p.nose_thickness)
         groove = spec.groove
         flat = FlatStem(
             thickness_mm=p.thickness + (0.0 if groove is None else groove.depth_mm),

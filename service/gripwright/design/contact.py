@@ -23,7 +23,7 @@ _PARALLEL_RAD = float(np.radians(4.8))  # of 5°
 _SEARCH_MM = 0.5  # how far the seated surface may lie from the planned one
 _DEPTH_MM = 60.0  # surface farther outside the finger's plane is not looked at
 _SEAT_MM = 0.0005  # the finger stands off the surface's foremost point, so that rounding in files never makes it enter
-SPREAD_MM = TOUCH_GAP_MM - _SEAT_MM  # by so much three fingers on one circle may differ in where they touch
+SPREAD_MM = TOUCH_GAP_MM - _SEAT_MM  # by so much three fingers, or the two pairs of four, may differ in where they touch
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,24 +64,37 @@ def seat(grasp: Grasp, surface: Surface, hand: HandModel) -> Grasp | Rejection:
         if level is None:
             return Rejection("no-contact", f"finger {number + 1} meets no surface within {_SEARCH_MM} mm of the opening width")
         levels.append(level)
-    if len(levels) == 2:
-        shift = sign * (levels[0] - levels[1]) / 2.0
-        outward = (levels[0] + levels[1]) / 2.0
-    else:
-        shift, outward = 0.0, max(levels)
-        spread = max(levels) - min(levels)
-        if spread > SPREAD_MM:
-            return Rejection("no-contact", f"one finger stays {spread:.3f} mm off the surface, at most {TOUCH_GAP_MM} mm")
+    shift_G, levels = _centred(levels)
+    spread = max(levels) - min(levels)
+    if spread > SPREAD_MM:
+        return Rejection("no-contact", f"one finger stays {spread:.3f} mm off the surface, at most {TOUCH_GAP_MM} mm")
     X_CG = grasp.X_CG.copy()
-    X_CG[:3, 3] += X_CG[:3, 0] * shift
-    width = grasp.opening_width_mm + 2.0 * sign * (outward + _SEAT_MM)
+    X_CG[:3, 3] += X_CG[:3, :3] @ (sign * shift_G)
+    width = grasp.opening_width_mm + 2.0 * sign * (max(levels) + _SEAT_MM)
     return replace(grasp, X_CG=X_CG, opening_width_mm=float(width))
+
+
+def _centred(levels: Sequence[float]) -> tuple[FloatArray, list[float]]:
+    """How a hand moves (3,) so that opposite fingers lie equally deep, and how deep they all lie then.
+
+    Two fingers, and four, centre what they hold between them; three stand as they are.
+    """
+    pairs = len(levels) // 2 if len(levels) in (2, 4) else 0
+    shift_G, centred = np.zeros(3), list(levels)
+    for k in range(pairs):  # along the gripper's x, then its y
+        shift_G[k] = (levels[k] - levels[k + pairs]) / 2.0
+        centred[k] = centred[k + pairs] = (levels[k] + levels[k + pairs]) / 2.0
+    return shift_G, centred
 
 
 def standing_off_mm(grasp: Grasp, surface: Surface, hand: HandModel) -> list[float | None]:
     """How far each finger stays off the surface when the first one touches it; None: it meets no surface at all."""
     levels = [_level_mm(grasp, number, surface, hand) for number in range(hand.fingers)]
-    foremost = max((level for level in levels if level is not None), default=0.0)
+    met = [level for level in levels if level is not None]
+    if len(met) == len(levels):
+        _, met = _centred(met)
+        return [max(met) - level for level in met]
+    foremost = max(met, default=0.0)
     return [None if level is None else foremost - level for level in levels]
 
 

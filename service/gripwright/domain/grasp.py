@@ -8,6 +8,7 @@ from gripwright.domain.shape import FloatArray, Primitive
 
 PARALLEL_2 = "parallel-2"
 CENTRIC_3 = "centric-3"
+CENTRIC_4 = "centric-4"
 EXTERNAL = "external"
 INTERNAL = "internal"
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gripwright.domain.errors import InvalidGeometry, Rejection
-from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, INTERNAL, PARALLEL_2
+from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, EXTERNAL, INTERNAL, PARALLEL_2
 from gripwright.domain.gripper import Actuator, FingerDesign, FingerSpec
 from gripwright.domain.groove import Groove
 from gripwright.geometry import brep
@@ -43,7 +43,7 @@ def _spec(gripper_type: str, grip: str) -> FingerSpec:
         opening_min_mm=52.0,
         opening_max_mm=60.0,
         stroke_mm=8.0,
-        fingers=2 if gripper_type == PARALLEL_2 else 3,
+        fingers={PARALLEL_2: 2, CENTRIC_4: 4}.get(gripper_type, 3),
         envelope_mm=60.0,
         actuator=Actuator(maker="Sample", model="S1", gripper_type=gripper_type, stroke_mm=8.0),
         contact_radii_mm=(27.0, float("inf")),

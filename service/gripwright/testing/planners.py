@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, PARALLEL_2, Grasp, GripRequirement
+from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, EXTERNAL, PARALLEL_2, Grasp, GripRequirement
 from gripwright.domain.gripper import ConvexSolid
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.frames import is_rigid, moved, rotation_z
@@ -55,12 +55,12 @@ def cases(plugin: Any) -> list[Case]:
     samples = {sample.name: sample for sample in sample_components()}
     found = []
     for gripper_type in sorted(plugin.gripper_types):
-        hand = SampleHand(gripper_type, 2 if gripper_type == PARALLEL_2 else 3)
+        hand = SampleHand(gripper_type, {PARALLEL_2: 2, CENTRIC_4: 4}.get(gripper_type, 3))
         for prefix, X_CB in (("", np.eye(4)), ("tilted ", TILTED)):
             asked = []
             if gripper_type != PARALLEL_2:
                 asked.append(("stepped shaft", centric_requirement(X_CB, gripper_type)))
-            if gripper_type != CENTRIC_3:
+            if gripper_type not in (CENTRIC_3, CENTRIC_4):
                 asked.append(("box with boss", parallel_requirement(X_CB, gripper_type)))
             for name, requirement in asked:
                 sample = samples[prefix + name]
