@@ -81,6 +81,8 @@ class AxialPlanner:
     def _column(self, component: Component, segment: Segment, requirement: GripRequirement, fingers: int) -> _Column | None:
         """The cylinder, or the box along the axis that is approached; None: there is nothing for this planner."""
         held = requirement.primitive
+        if requirement.taper_rad:
+            return None
         if isinstance(held, Cylinder):
             x = any_perpendicular(held.axis_C)
             step = float(np.radians(self._params.rotation_step))

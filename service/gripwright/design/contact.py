@@ -99,31 +99,31 @@ def standing_off_mm(grasp: Grasp, surface: Surface, hand: HandModel) -> list[flo
 
 
 def _level_mm(grasp: Grasp, number: int, surface: Surface, hand: HandModel) -> float | None:
-    """How far the surface's foremost point lies within a finger, negative before it; None where there is none to touch."""
+    """How far a finger has to move outwards to touch the surface, negative inwards; None where there is none to touch."""
     gripping = gripping_surface(hand, grasp.grip)
     y_low, y_high = gripping.y_range
     x_range = np.sort(gripping.sign * np.array([-_SEARCH_MM, _DEPTH_MM]))
-    low, high = np.array([x_range[0], y_low, -np.inf]), np.array([x_range[1], y_high, 0.0])
-    X_GF = hand.finger_poses(grasp.opening_width_mm)[number]
-    x = gripping.depths_mm(_part(surface, grasp.X_CG @ X_GF, low, high))
+    low, high = np.array([x_range[0], y_low, -gripping.reach_mm(np.inf)]), np.array([x_range[1], y_high, 0.0])
+    X_GP = hand.finger_poses(grasp.opening_width_mm)[number] @ gripping.X_FP
+    x = gripping.depths_mm(_part(surface, grasp.X_CG @ X_GP, low, high))
     x = x[x <= _SEARCH_MM]
-    return float(x.max()) if x.size and x.max() >= -_SEARCH_MM else None
+    return float(x.max()) / gripping.slope if x.size and x.max() >= -_SEARCH_MM else None
 
 
 def contacts(
     grasp: Grasp, surface: Surface, hand: HandModel, finger_length_mm: float, min_contact_mm: float
 ) -> tuple[Contact, ...] | Rejection:
     """The contact of each finger of a seated grasp, or why one does not touch as it must."""
-    needed = needed_height_mm(grasp, surface, min_contact_mm)
+    needed, gripping = needed_height_mm(grasp, surface, min_contact_mm), gripping_surface(hand, grasp.grip)
     found = []
     for number, X_GF in enumerate(hand.finger_poses(grasp.opening_width_mm), start=1):
-        touching = _touching(surface, grasp.X_CG @ X_GF, gripping_surface(hand, grasp.grip), finger_length_mm)
-        run = _run_mm(touching)
+        touching = _touching(surface, grasp.X_CG @ X_GF, gripping, finger_length_mm)
+        run = _run_mm(touching) * gripping.slope
         if run < needed - 1e-6:
             return Rejection(
                 "no-contact", f"finger {number} touches along {run:.2f} mm of parallel surface, at least {needed:.2f} mm"
             )
-        found.append(_contact(touching, run, gripping_surface(hand, grasp.grip).sign))
+        found.append(_contact(touching, run, gripping.sign))
     return tuple(found)
 
 
@@ -136,10 +136,11 @@ def contact_heights_mm(grasp: Grasp, surface: Surface, hand: HandModel, finger_l
     """Along how much of its height each finger of a seated grasp touches parallel surface, 0: nowhere."""
     gripping = gripping_surface(hand, grasp.grip)
     poses = hand.finger_poses(grasp.opening_width_mm)
-    return [_run_mm(_touching(surface, grasp.X_CG @ X_GF, gripping, finger_length_mm)) for X_GF in poses]
+    return [_run_mm(_touching(surface, grasp.X_CG @ X_GF, gripping, finger_length_mm)) * gripping.slope for X_GF in poses]
 
 
 def _run_mm(touching: Sequence[tuple[FloatArray, FloatArray]]) -> float:
+    """How far contact reaches along the gripping surface without a break."""
     z = [np.stack([patch[..., 2].min(axis=1), patch[..., 2].max(axis=1)], axis=1) for _, patch in touching]
     return longest_run(np.concatenate([np.empty((0, 2)), *z]), join=1e-4)
 
@@ -152,7 +153,7 @@ def _touching(
     for flat in gripping.flats:
         X_CP = X_CF @ flat.X_FP
         parallel = surface.normals @ (gripping.sign * X_CP[:3, 0]) >= np.cos(_PARALLEL_RAD - flat.rounding_rad)
-        low = np.array([-TOUCH_GAP_MM, -flat.width_mm / 2.0, -finger_length_mm])
+        low = np.array([-TOUCH_GAP_MM, -flat.width_mm / 2.0, -gripping.reach_mm(finger_length_mm)])
         high = np.array([TOUCH_GAP_MM, flat.width_mm / 2.0, 0.0])
         patch = _part(surface, X_CP, low, high, parallel) if parallel.any() else np.empty((0, 3, 3))
         if len(patch):
@@ -190,16 +191,16 @@ def forbidden_reaches(
     """Each finger that would touch a region, and how far (mm) it reaches over it: from its tip or from a side, the lesser."""
     gripping = gripping_surface(hand, grasp.grip)
     y_low, y_high = gripping.y_range
-    inner, outer = sorted((0.0, gripping.sign * gripping.thickness_mm))
-    low = np.array([inner - 2.0 * TOUCH_GAP_MM, y_low, -finger_length_mm])
-    high = np.array([outer + 2.0 * TOUCH_GAP_MM, y_high, 0.0])
+    rooms = gripping.rooms(finger_length_mm, 2.0 * TOUCH_GAP_MM)
     for region, surface in regions:
         for number, X_GF in enumerate(hand.finger_poses(grasp.opening_width_mm), start=1):
             X_CF = grasp.X_CG @ X_GF
-            touched = _within(region, transform(X_CF, _part(surface, X_CF, low, high)))
-            if len(touched):
-                _, y, z = np.moveaxis(transform(inverse(X_CF), touched), -1, 0)
-                yield number, region, float(min(-z.min(), y_high - y.min(), y.max() - y_low))
+            for X_FB, low, high in rooms:
+                X_CB = X_CF @ X_FB
+                touched = _within(region, transform(X_CB, _part(surface, X_CB, low, high)))
+                if len(touched):
+                    _, y, z = np.moveaxis(transform(inverse(X_CF), touched), -1, 0)
+                    yield number, region, float(min(-z.min(), y_high - y.min(), y.max() - y_low))
 
 
 def _within(region: Forbidden, triangles_C: FloatArray) -> FloatArray:

@@ -24,6 +24,7 @@ from gripwright.design.hand_check import ENTER_MM, LENGTH_LIMIT_MM, ROUGH_MM, Ha
 from gripwright.design.hand_volumes import HandVolumes, Intrusion, Volume
 from gripwright.design.holding import hold
 from gripwright.design.holding_load import Load
+from gripwright.design.tapered_hand import shortest_finger_mm
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.grasp import EXTERNAL, Grasp, GripRequirement
 from gripwright.domain.pad import Pad
@@ -121,16 +122,17 @@ class Gauge:
         seated = seat(grasp, around.surface, self._hand)
         placed, draw_back = (seated, ENTER_MM) if isinstance(seated, Grasp) else (grasp, ROUGH_MM)
         lacking = [] if isinstance(seated, Grasp) else self._unseated(grasp)
-        length, palm = around.min_contact_mm, None
+        shortest = max(around.min_contact_mm, shortest_finger_mm(self._hand))
+        length, palm = shortest, None
         widths = around.envelopes(placed.gripper_type, placed.opening_width_mm)
         if len(widths) == 0:
             lacking.append(self._no_actuator(placed))
         else:
             palm = float(widths[0])
-            lengths, miss = length_min(self._attempt.check, placed, widths[:1], around.min_contact_mm)
+            lengths, miss = length_min(self._attempt.check, placed, widths[:1], shortest)
             length = float(lengths[0]) if miss is None else LENGTH_LIMIT_MM
             lacking += [] if miss is None else self._reached(volumes.palm(placed, palm, LENGTH_LIMIT_MM))
-            length = length if miss is None else around.min_contact_mm
+            length = length if miss is None else shortest
         lacking += self._reached(volumes.reaching(placed))
         lacking += self._reached(volumes.closing(placed, length, draw_back))
         lacking += self._reached(volumes.leaving(placed))

@@ -11,6 +11,7 @@ from gripwright.design.gauge import Circumstances, Envelopes
 from gripwright.design.hand_check import HandCheck, Miss, OperationScene
 from gripwright.design.holding import hold
 from gripwright.design.holding_load import operation_load
+from gripwright.design.tapered_hand import leaving_mm, shortest_finger_mm
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
@@ -101,7 +102,7 @@ class GraspJudge:
         if len(widths) == 0:
             detail = f"no actuator at hand holds {seated.gripper_type} at {seated.opening_width_mm:.2f} mm"
             return Miss(stage=6, code="too-wide", detail=detail)
-        lengths, miss = length_min(check, seated, widths, tips)
+        lengths, miss = length_min(check, seated, widths, max(tips, shortest_finger_mm(hand)))
         if miss is not None:
             return miss
         least = float(lengths[0])
@@ -139,7 +140,7 @@ class GraspJudge:
             finger_length_min_mm=lengths,
             finger_length_max_mm=longest,
             release_opening_mm=grasp.opening_width_mm
-            + (1.0 if grasp.grip == "external" else -1.0) * self._scene.release_clearance_mm,
+            + (1.0 if grasp.grip == "external" else -1.0) * (self._scene.release_clearance_mm + leaving_mm(hand)),
             rise=float((self._scene.motion[-1] @ self._scene.X_PC @ grasp.X_CG)[2, 2]),
             gap_mm=check.gap(grasp, reach, 10.0),
             hold=held,

@@ -1,4 +1,4 @@
-"""The hand of a three-finger gripper whose tips are concave."""
+"""The hand of a three-finger gripper whose tips are concave; the hand of any gripper."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from gripwright.design.tapered_hand import tapered
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL
 from gripwright.domain.gripper import ConvexSolid, Gripper
 from gripwright.domain.groove import Groove
@@ -57,4 +58,4 @@ class GroovedHand:
 
 def hand_of(gripper: Gripper, hand: HandModel) -> HandModel:
     """The hand of a gripper of that type, its tips as they are shaped."""
-    return hand if gripper.groove is None else GroovedHand(hand, gripper.groove)
+    return tapered(hand, gripper.taper_rad) if gripper.groove is None else GroovedHand(hand, gripper.groove)

@@ -13,6 +13,7 @@ import numpy as np
 
 from gripwright.design.motion import sampled
 from gripwright.design.sweeps import Sweeps
+from gripwright.design.tapered_hand import leaving_mm, way_out
 from gripwright.domain.grasp import EXTERNAL, Grasp
 from gripwright.domain.shape import FloatArray, IntArray
 from gripwright.geometry.collision import ConvexShape, Scene
@@ -70,6 +71,7 @@ class HandCheck:
         self._start, self._end = scene.motion[0], scene.motion[-1]
         self._glances = sampled(scene.motion[[0, -1]], 4)[:0:-1]  # from the end, where things are close
         self._fingers: dict[tuple[str, float], list[FloatArray]] = {}
+        self._ways: dict[str, list[FloatArray]] = {}
         self._palms: dict[float, list[tuple[Polytope, Faces]]] = {}
 
     def rough(self, grasp: Grasp, tips_mm: float) -> Miss | None:
@@ -126,6 +128,12 @@ class HandCheck:
             self._fingers[key] = [solid.vertices_mm for solid in self.hand.finger(length_mm, grasp.grip)]
         return self._fingers[key]
 
+    def way_out(self, grasp: Grasp) -> list[FloatArray]:
+        """What a finger passes through on its way out beyond the scene, frame F."""
+        if grasp.grip not in self._ways:
+            self._ways[grasp.grip] = [solid.vertices_mm for solid in way_out(self.hand, self.far_mm, grasp.grip)]
+        return self._ways[grasp.grip]
+
     def closing(self, grasp: Grasp, vertices: FloatArray, draw_back_mm: float) -> FloatArray:
         """What a finger's solid passes through as it closes on the component, but for the layer next to it, frame F."""
         return drawn_back(self.opening(grasp, vertices), draw_back_mm, grasp)
@@ -138,12 +146,12 @@ class HandCheck:
 
     def _out(self, grasp: Grasp) -> float:
         """Way of each gripping surface while the hand lets go, along the finger's +x."""
-        half = self.scene.release_clearance_mm / 2.0
+        half = (self.scene.release_clearance_mm + leaving_mm(self.hand)) / 2.0
         return half if grasp.grip == EXTERNAL else -half
 
     def _leave_attached(self, among: "_Candidates") -> None:
         out, attached = self._out(among.grasp), self.scene.attached
-        for number, vertices in among.each_finger(self.finger(among.grasp, self.far_mm)):
+        for number, vertices in among.each_finger(self.way_out(among.grasp)):
             grown = dilated(vertices + np.array([out, 0.0, 0.0]), min(self.scene.margin_mm, abs(out) * 0.8))
             if self.scene.release_clearance_mm == 0.0:
                 grown = drawn_back(grown, ROUGH_MM, among.grasp)
@@ -160,7 +168,7 @@ class HandCheck:
     def _leave_standing(self, among: "_Candidates") -> None:
         standing = self.scene.standing
         for place, words in ((self._end, "after the operation"), (self._start, "before the operation")):
-            for number, vertices in among.each_finger(self.finger(among.grasp, self.far_mm)):
+            for number, vertices in among.each_finger(self.way_out(among.grasp)):
                 opened = dilated(vertices + np.array([self._out(among.grasp), 0.0, 0.0]), self.scene.margin_mm)
                 hits = standing.first_hits(self._cached(opened), place @ self.scene.X_PC @ among.X_CF(number))
                 among.drop(hits, standing.names, 2, f"open finger {number} hits {{}} {words}")

@@ -3,7 +3,7 @@
 The same volumes as `hand_check` asks about, each apart and with its name: that one answers whether, this one by how much.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -12,7 +12,9 @@ import numpy as np
 from gripwright.design.hand_check import BEHIND_MM, LENGTH_LIMIT_MM, ROUGH_MM, OperationScene, drawn_back
 from gripwright.design.motion import path_mm, sampled, stretches
 from gripwright.design.sweeps import step_solid
+from gripwright.design.tapered_hand import leaving_mm, way_out
 from gripwright.domain.grasp import EXTERNAL, Grasp
+from gripwright.domain.gripper import ConvexSolid
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.collision import ConvexShape, PlacedSurface, Scene
 from gripwright.geometry.frames import inverse, transform
@@ -105,7 +107,7 @@ class HandVolumes:
         """The open fingers on their way over the component, beside all that moves with it."""
         scene, out = self._scene, self._out(grasp)
         margin = min(scene.margin_mm, abs(out[0]) * 0.8)
-        for part, vertices, X_GF in self._fingers(grasp, self._far):
+        for part, vertices, X_GF in self._each(grasp, way_out(self._hand, self._far, grasp.grip)):
             grown = dilated(vertices + out, margin)
             if not out.any():
                 grown = drawn_back(grown, ROUGH_MM, grasp)
@@ -119,7 +121,7 @@ class HandVolumes:
 
     def leaving(self, grasp: Grasp) -> Iterator[Volume]:
         """The open fingers on their way out at the end, and in at the start."""
-        for part, vertices, X_GF in self._fingers(grasp, self._far):
+        for part, vertices, X_GF in self._each(grasp, way_out(self._hand, self._far, grasp.grip)):
             grown = dilated(vertices + self._out(grasp), self._scene.margin_mm)
             for phase, place in ((LEAVING, self._scene.motion[-1]), (TAKING_UP, self._scene.motion[0])):
                 yield self._standing(part, phase, grown, place, grasp.X_CG @ X_GF)
@@ -175,12 +177,15 @@ class HandVolumes:
         return np.concatenate([vertices, vertices + share * (moved - vertices)])
 
     def _out(self, grasp: Grasp) -> FloatArray:
-        half = self._scene.release_clearance_mm / 2.0
+        half = (self._scene.release_clearance_mm + leaving_mm(self._hand)) / 2.0
         return np.array([half if grasp.grip == EXTERNAL else -half, 0.0, 0.0])
 
     def _fingers(self, grasp: Grasp, finger_length_mm: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:
+        return self._each(grasp, self._hand.finger(finger_length_mm, grasp.grip))
+
+    def _each(self, grasp: Grasp, solids: Sequence[ConvexSolid]) -> Iterator[tuple[str, FloatArray, FloatArray]]:
         for number, X_GF in enumerate(self._hand.finger_poses(grasp.opening_width_mm), start=1):
-            for solid in self._hand.finger(finger_length_mm, grasp.grip):
+            for solid in solids:
                 yield f"finger {number}", solid.vertices_mm, X_GF
 
     def _attached(self, part: str, phase: str, margin_mm: float, vertices: FloatArray, X_CS: FloatArray) -> Volume:

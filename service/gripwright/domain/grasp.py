@@ -1,5 +1,6 @@
 """Grip requirements, grasps and grasp constraints. Gripper frame G: origin at the fingertips' level, +z approach, +x finger 1."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,6 +13,9 @@ CENTRIC_4 = "centric-4"
 EXTERNAL = "external"
 INTERNAL = "internal"
 
+TAPER_LIMIT_RAD = math.radians(45.0)
+"""Of tapered tips: no friction holds a steeper one."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GripRequirement:
@@ -19,6 +23,7 @@ class GripRequirement:
 
     `approach_C` are unit vectors along which the gripper's +z may point; empty: any direction that keeps the fingers on
     the surfaces. `grip_axes_C` are the directions across which a parallel gripper closes; empty for centric ones.
+    `taper_rad` inclines the gripping surfaces to the gripper's axis (`domain.taper`); 0: they are parallel to it.
     """
 
     gripper_type: str
@@ -28,6 +33,14 @@ class GripRequirement:
     grip_axes_C: FloatArray  # (b, 3)
     primitive: Primitive
     rule: str = ""
+    taper_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.taper_rad and (self.grip != EXTERNAL or not abs(self.taper_rad) < TAPER_LIMIT_RAD):
+            degrees, limit = math.degrees(self.taper_rad), math.degrees(TAPER_LIMIT_RAD)
+            raise ValueError(
+                f"tapered tips hold from outside, at less than {limit:.0f}°; asked for is {self.grip}, {degrees:.1f}°"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -45,6 +58,7 @@ class Grasp:
     contact_offset_mm: float = 0.0
     label: str = ""  # how it was planned, for the report: "axis +z, depth 3.2, 30°"
     leeway: FloatArray | None = None  # (4, 2)
+    taper_rad: float = 0.0  # as of its requirement
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

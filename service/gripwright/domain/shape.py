@@ -82,6 +82,16 @@ class FollowedPrimitive(Primitive, Protocol):
         ...
 
 
+@runtime_checkable
+class CurvedPrimitive(Primitive, Protocol):
+    """A primitive that also says how curved it is across the lines along which fingers touch it. Optional: else it is flat."""
+
+    @property
+    def contact_radius_mm(self) -> float:
+        """Radius of curvature; inf where it is flat."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Cylinder:
     """A right circular cylinder: `center_C` is the midpoint of its axis, `height_mm` its full height along `axis_C`."""
@@ -98,6 +108,11 @@ class Cylinder:
     axis_sigma_rad: float = 0.0  # standard error of the axis direction
     bore: "Cylinder | None" = None  # of an outer surface: the bore that the same segment has besides, if it is filled
     kind: str = field(default="cylinder", init=False)
+
+    @property
+    def contact_radius_mm(self) -> float:
+        """See `CurvedPrimitive`."""
+        return self.radius_mm
 
     @property
     def volume_mm3(self) -> float:

@@ -12,6 +12,7 @@ from gripwright.plugin_api.contracts import (
     Plugin,
     PrimitiveFitter,
     Segmenter,
+    TaperedFingerDesigner,
     TipShaper,
 )
 from gripwright.plugin_api.manifest import API_VERSION, Manifest, PluginEntry
@@ -32,5 +33,6 @@ __all__ = [
     "PrimitiveFitter",
     "RunContext",
     "Segmenter",
+    "TaperedFingerDesigner",
     "TipShaper",
 ]

@@ -122,6 +122,13 @@ class FingerDesigner(Plugin, Protocol):
 
 
 @runtime_checkable
+class TaperedFingerDesigner(Protocol):
+    """A finger designer that also makes tapered tips: a spec whose `taper_rad` is not 0 asks for one (`domain.taper`)."""
+
+    makes_tapered: ClassVar[bool]
+
+
+@runtime_checkable
 class TipShaper(Protocol):
     """A finger designer that also shapes tips to what a gripper holds: its `design` cuts the groove that the spec names."""
 

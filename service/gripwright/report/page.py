@@ -11,6 +11,7 @@ from gripwright.cad.colour import segment_colours
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.errors import Rejection
+from gripwright.domain.taper import taper_words
 from gripwright.report.views import Views
 
 _STYLE = """
@@ -84,10 +85,10 @@ def _objectives(objectives: Mapping[str, str]) -> str:
 def _grippers(result: DesignResult, views: Views) -> str:
     cards = []
     for gripper, cad, entry in zip(result.grippers, result.cads, result.document["grippers"], strict=True):
-        actuator = entry["actuator"]
+        actuator, tapered = entry["actuator"], f", {taper_words(gripper.taper_rad)}" if gripper.taper_rad else ""
         text = (
             f"<strong>{entry['id']}</strong> · {escape(entry['gripper_type'])} · opens {entry['opening_min']:.4g} to "
-            f"{entry['opening_max']:.4g} mm · fingers {entry['finger_length']:g} mm<br>{escape(actuator['maker'])} "
+            f"{entry['opening_max']:.4g} mm · fingers {entry['finger_length']:g} mm{tapered}<br>{escape(actuator['maker'])} "
             f"{escape(actuator['model'])}, stroke {actuator['stroke']:g} mm, jaw offset {actuator['jaw_offset']:.4g} mm"
         )
         if isinstance(cad, Rejection):

@@ -13,6 +13,7 @@ from gripwright.design.memory import Memory
 from gripwright.design.motion import pose_at
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
+from gripwright.design.tapered_hand import tapered
 from gripwright.domain.assembly import Operation
 from gripwright.domain.gripper import Gripper, Handle, without_handles
 from gripwright.domain.shape import FloatArray, IntArray, Mesh
@@ -134,7 +135,8 @@ def miss_view(
     miss: Mapping[str, Any], X_PG: FloatArray, held: Sequence[Shown], standing: Sequence[Shown], hands: Mapping[str, HandModel]
 ) -> bytes:
     """The hand of the grasp that came closest, where it fails: what is in the way of what, and a ring around the place."""
-    hand, length = hands[miss["gripper_type"]], max(miss["finger_length"], _SHORTEST_MM)
+    taper_rad = float(np.radians(miss.get("taper", 0.0)))
+    hand, length = tapered(hands[miss["gripper_type"]], taper_rad), max(miss["finger_length"], _SHORTEST_MM)
     fingers = [
         shown(hull_mesh(solid.vertices_mm), X_PG @ X_GF, _MISSED if miss["part"] == f"finger {number}" else _HAND)
         for number, X_GF in enumerate(hand.finger_poses(miss["opening_width"]), start=1)

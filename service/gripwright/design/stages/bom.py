@@ -10,6 +10,7 @@ import numpy as np
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.gripper import BondedFinger, FingerDesign, Gripper
 from gripwright.domain.shape import Mesh
+from gripwright.domain.taper import taper_words
 
 BUY, MAKE, ASSEMBLE, OWNED = "buy", "make", "assemble", "owned"
 
@@ -117,7 +118,7 @@ def _owned_row(gripper: Gripper, name: str, operations: tuple[str, ...]) -> BomR
         model=gripper.actuator.model,
         part_number=name,
         quantity=1,
-        description=f"{gripper.gripper_type} gripper at hand, fingers {gripper.finger_length_mm:g} mm",
+        description=f"{gripper.gripper_type} gripper at hand, fingers {gripper.finger_length_mm:g} mm{_tapered(gripper)}",
         operations=operations,
     )
 
@@ -132,7 +133,7 @@ def _finger_rows(gripper: Gripper, finger: FingerDesign, operations: tuple[str, 
         model="",
         part_number=finger_part_number(finger),
         quantity=gripper.fingers,
-        description=f"finger {gripper.finger_length_mm:g} mm for openings {gripper.opening_min_mm:.4g} to "
+        description=f"finger {gripper.finger_length_mm:g} mm{_tapered(gripper)} for openings {gripper.opening_min_mm:.4g} to "
         f"{gripper.opening_max_mm:.4g} mm on {gripper.actuator.name}",
         material=finger.material,
         mass_kg=round(bare_kg, 6),
@@ -150,6 +151,10 @@ def _finger_rows(gripper: Gripper, finger: FingerDesign, operations: tuple[str, 
     if pin_mm > 0.0:
         rows.append(_standard_row(gripper, "pin", f"ISO 8734 {pin_mm:g}x{_PIN_LENGTH_MM:g}-A", "steel, hardened", 1))
     return rows
+
+
+def _tapered(gripper: Gripper) -> str:
+    return f", {taper_words(gripper.taper_rad)}" if gripper.taper_rad else ""
 
 
 def _pad_row(gripper: Gripper, bonded: BondedFinger, operations: tuple[str, ...]) -> BomRow:

@@ -18,6 +18,7 @@ from gripwright.design.hand_check import HandCheck, Miss
 from gripwright.design.holding import contact_radius_mm
 from gripwright.design.nearest_miss import closest_grasp
 from gripwright.design.places import Places, hopeless
+from gripwright.design.tapered_hand import taper_of, tapered
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import INTERNAL, FreeGrasp, GripRequirement, NearestMiss, SegmentVerdict
@@ -91,7 +92,7 @@ class SegmentSearch:
         for requirement in self._requirements:
             if self.free and requirement.primitive is not self._requirements[0].primitive:
                 break  # another primitive of the segment is asked only where the first cannot be held
-            hand = self._toolbox.hands[requirement.gripper_type]
+            hand = tapered(self._toolbox.hands[requirement.gripper_type], requirement.taper_rad)
             narrow = _too_narrow(requirement, hand, scene.release_clearance_mm)
             if narrow is not None:
                 self._narrow.append(narrow)
@@ -101,6 +102,7 @@ class SegmentSearch:
             for planner in self._toolbox.planners[requirement.gripper_type]:
                 with self._ctx.timed("grasps.plan"):
                     grasps = planner.plan(self._judge.held.component, self._analysis.segment, requirement, hand, self._ctx)
+                    grasps = [replace(grasp, taper_rad=requirement.taper_rad) for grasp in grasps] if taper_of(hand) else grasps
                 with self._ctx.timed("constraints.check"):
                     free, missed = self._judge.first_free(grasps, hand, check, radius_mm)
                 places = Places.of(grasps)
