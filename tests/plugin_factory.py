@@ -93,12 +93,23 @@ class Finger(Basic):
         return Rejection("none", "no finger")
 
 
+class Policy(Basic):
+    key = "fake"
+
+    def grip(self, component, segment, requirement, marks):
+        return Rejection("none", "nothing is gripped")
+
+    def actuator(self, actuator):
+        return Rejection("none", "nothing is bought")
+
+
 CLASSES = {
     "segmenter": Segmenter, "fitter": Fitter, "affordance": Affordance, "rule": Rule,
     "hand": Hand, "planner": Planner, "optimizer": Optimizer, "finger": Finger,
+    "policy": Policy,
 }
 manifest = Manifest(
-    name="fakes", version="1.0", api_version=API_VERSION,
+    version="1.0", api_version=API_VERSION,
     plugins=tuple(PluginEntry(kind=kind, key="fake", target=f"{__name__}:{cls.__name__}") for kind, cls in CLASSES.items()),
 )
 '''
@@ -113,6 +124,7 @@ FAKE_OPTIONS = {
     "planners": ["fake"],
     "optimizer": "fake",
     "finger": "fake",
+    "policies": ["fake"],
 }
 """A plan of nothing else."""
 

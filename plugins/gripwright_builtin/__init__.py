@@ -3,9 +3,9 @@
 from gripwright.plugin_api.manifest import API_VERSION, Manifest, PluginEntry
 
 _HERE = "gripwright_builtin"
+_SHAPES = f"{_HERE}.shapes"
 
 manifest = Manifest(
-    name="gripwright-builtin",
     version="0.1.0",
     api_version=API_VERSION,
     plugins=(
@@ -14,6 +14,42 @@ manifest = Manifest(
         PluginEntry(kind="segmenter", key="brep", target=f"{_HERE}.segmenters.brep:BrepSegmenter"),
         PluginEntry(kind="fitter", key="cylinder", target=f"{_HERE}.fitters.cylinder:CylinderFitter"),
         PluginEntry(kind="fitter", key="box", target=f"{_HERE}.fitters.box:BoxFitter"),
+        PluginEntry(
+            kind="fitter",
+            key="cone",
+            target=f"{_SHAPES}.cone:ConeFitter",
+            primitives=(f"{_SHAPES}.cone:Cone",),
+        ),
+        PluginEntry(
+            kind="fitter",
+            key="pyramid",
+            target=f"{_SHAPES}.pyramid:PyramidFitter",
+            primitives=(f"{_SHAPES}.pyramid:Pyramid",),
+        ),
+        PluginEntry(
+            kind="fitter",
+            key="sphere",
+            target=f"{_SHAPES}.sphere:SphereFitter",
+            primitives=(f"{_SHAPES}.sphere:Sphere",),
+        ),
+        PluginEntry(
+            kind="fitter",
+            key="torus",
+            target=f"{_SHAPES}.torus:TorusFitter",
+            primitives=(f"{_SHAPES}.torus:Torus",),
+        ),
+        PluginEntry(
+            kind="fitter",
+            key="prism",
+            target=f"{_SHAPES}.prism:PrismFitter",
+            primitives=(f"{_SHAPES}.prism:Prism",),
+        ),
+        PluginEntry(
+            kind="fitter",
+            key="extrusion",
+            target=f"{_SHAPES}.extrusion:ExtrusionFitter",
+            primitives=(f"{_SHAPES}.extrusion:Extrusion",),
+        ),
         PluginEntry(kind="affordance", key="marked", target=f"{_HERE}.affordance.marked:MarkedRegions"),
         PluginEntry(kind="affordance", key="threads", target=f"{_HERE}.affordance.threads:ThreadDetector"),
         PluginEntry(kind="affordance", key="teeth", target=f"{_HERE}.affordance.teeth:TeethDetector"),
@@ -22,13 +58,29 @@ manifest = Manifest(
         PluginEntry(kind="rule", key="two_finger_box", target=f"{_HERE}.rules.box:TwoFingerBox"),
         PluginEntry(kind="rule", key="four_finger_cylinder", target=f"{_HERE}.rules.cylinder:FourFingerCylinder"),
         PluginEntry(kind="rule", key="four_finger_box", target=f"{_HERE}.rules.box:FourFingerBox"),
+        PluginEntry(kind="rule", key="two_finger_prism", target=f"{_SHAPES}.hold_prism:TwoFingerPrism"),
+        PluginEntry(kind="rule", key="three_finger_prism", target=f"{_SHAPES}.hold_prism:ThreeFingerPrism"),
+        PluginEntry(kind="rule", key="two_finger_extrusion", target=f"{_SHAPES}.hold_extrusion:TwoFingerExtrusion"),
+        PluginEntry(kind="rule", key="two_finger_ends", target=f"{_SHAPES}.hold_ends:TwoFingerEnds"),
+        PluginEntry(kind="rule", key="three_finger_sphere", target=f"{_SHAPES}.hold_sphere:ThreeFingerSphere"),
+        PluginEntry(kind="rule", key="two_finger_torus", target=f"{_SHAPES}.hold_torus:TwoFingerTorus"),
+        PluginEntry(kind="rule", key="three_finger_torus", target=f"{_SHAPES}.hold_torus:ThreeFingerTorus"),
+        PluginEntry(kind="rule", key="straight_cone", target=f"{_SHAPES}.hold_taper:StraightCone"),
+        PluginEntry(kind="rule", key="straight_pyramid", target=f"{_SHAPES}.hold_taper:StraightPyramid"),
+        PluginEntry(kind="rule", key="three_finger_cone", target=f"{_SHAPES}.hold_tapered:ThreeFingerCone"),
+        PluginEntry(kind="rule", key="two_finger_pyramid", target=f"{_SHAPES}.hold_tapered:TwoFingerPyramid"),
+        PluginEntry(kind="rule", key="four_finger_pyramid", target=f"{_SHAPES}.hold_tapered:FourFingerPyramid"),
         PluginEntry(kind="hand", key="centric_3", target=f"{_HERE}.hands.centric:CentricHand"),
         PluginEntry(kind="hand", key="centric_4", target=f"{_HERE}.hands.centric:FourFingerHand"),
         PluginEntry(kind="hand", key="parallel_2", target=f"{_HERE}.hands.parallel:ParallelHand"),
         PluginEntry(kind="planner", key="axial", target=f"{_HERE}.planners.axial:AxialPlanner"),
         PluginEntry(kind="planner", key="facet_pairs", target=f"{_HERE}.planners.facet_pairs:FacetPairPlanner"),
+        PluginEntry(kind="planner", key="tapered", target=f"{_SHAPES}.plan_tapered:TaperedPlanner"),
         PluginEntry(kind="optimizer", key="set_cover", target=f"{_HERE}.optimizers.set_cover:SetCoverOptimizer"),
         PluginEntry(kind="finger", key="straight", target=f"{_HERE}.fingers.straight:StraightFinger"),
         PluginEntry(kind="finger", key="concave", target=f"{_HERE}.fingers.concave:ConcaveFinger"),
+        PluginEntry(kind="policy", key="only_makers", target=f"{_HERE}.policies.makers:OnlyMakers"),
+        PluginEntry(kind="policy", key="prefer_makers", target=f"{_HERE}.policies.makers:PreferMakers"),
+        PluginEntry(kind="policy", key="never_grip", target=f"{_HERE}.policies.surfaces:NeverGrip"),
     ),
 )

@@ -81,6 +81,10 @@ class Settings(BaseSettings):
     )
     step_memory_mb: int = Field(default=4096, ge=256, description="of one step of a design")
     step_timeout_s: float = Field(default=900.0, gt=0, description="of one step of a design")
+    plugin_memory_mb: int | None = Field(
+        default=None, ge=64, description="that one call of a plug-in may take; none: as much as its step"
+    )
+    plugin_timeout_s: float | None = Field(default=None, gt=0, description="of one call of a plug-in; none: as its step")
     designs_per_worker: int = Field(default=4, ge=1, le=100, description="designs that one worker runs at a time")
     designs_per_client: int | None = Field(default=None, ge=1, description="designs of one client that run at a time; none: any")
     design_deadline_s: float | None = Field(default=None, gt=0, description="of a design that asks for no deadline; none: none")

@@ -164,6 +164,51 @@ def test_what_goes_wrong_is_said_on_the_page(service, page):
     assert page.evaluate("document.getElementById('notice').textContent") == "no product nothing"
 
 
+def fill(page, values):
+    """As a user types them."""
+    for name, value in values.items():
+        field = f"document.getElementById('options-form').elements.namedItem('{name}')"
+        page.evaluate(f"{field}.value = '{value}'; {field}.dispatchEvent(new Event('input', {{ bubbles: true }}))")
+
+
+def test_options_are_a_form_drawn_from_the_schemas_and_only_what_was_changed_is_sent(service, page):
+    store_product(service.database, service.artifacts, make_document("CP-9"))
+    jobs = StoredDesignJobs(service.database, service.artifacts)
+    page.open(service.url)
+    page.wait_for("document.querySelector('#products button + button')")
+
+    page.evaluate("document.querySelector('#products button + button').click()")
+    page.wait_for("document.getElementById('options').open")
+    rays = "document.getElementById('options-form').elements.namedItem('sdf.rays')"
+    assert page.evaluate(f"[{rays}.type, {rays}.min, {rays}.value]") == ["number", "1", "30"]
+    assert page.evaluate(f"document.getElementById({rays}.getAttribute('aria-describedby')).textContent").endswith("at most 1000")
+    chosen = "document.querySelector('details[data-key=prefer_makers]')"
+    assert page.evaluate(f"{chosen}.hidden")
+    page.evaluate("document.querySelector('[data-chooses=policy][value=prefer_makers]').click()")
+    assert not page.evaluate(f"{chosen}.hidden")
+
+    factor = "document.getElementById('options-form').elements.namedItem('prefer_makers.factor')"
+    fill(page, {"prefer_makers.factor": 0, "prefer_makers.makers": "SCHUNK, Zimmer", "margin": 0.2})
+    submit = "document.querySelector('#options-form [type=submit]').click()"
+    page.evaluate(submit)
+    page.wait_for(shown("options-problem"))
+    assert "/options/prefer_makers.factor" in page.evaluate("document.getElementById('options-problem').textContent")
+    assert page.evaluate(f"{factor}.validationMessage").startswith("0 is less than or equal to the minimum of 0")
+    assert jobs.undispatched(10) == []
+
+    fill(page, {"prefer_makers.factor": 0.5})
+    page.evaluate(submit)
+    page.wait_for("!document.getElementById('options').open")
+
+    ((design_id, _),) = jobs.undispatched(10)
+    assert jobs.snapshot(design_id).options == {
+        "policies": ["prefer_makers"],
+        "margin": 0.2,
+        "prefer_makers.makers": ["SCHUNK", "Zimmer"],
+        "prefer_makers.factor": 0.5,
+    }
+
+
 def test_everything_on_the_page_has_a_name_for_screen_readers(service, page):
     store_product(service.database, service.artifacts)
     page.open(service.url)

@@ -12,6 +12,8 @@ from gripwright.cli import COMMANDS
 from gripwright.design.plan import Plan
 from gripwright.plugin_api import contracts
 from gripwright.plugin_api.checks import PROTOCOLS
+from gripwright.plugin_api.deprecation import DEPRECATIONS
+from gripwright.plugin_api.manifest import API_VERSION
 from gripwright.registry.plans import CHOICES
 from gripwright.settings import Settings
 
@@ -77,6 +79,15 @@ def test_every_kind_of_plugin_and_its_option_is_named_in_the_contract(kind: str)
 
     assert f"`{kind}`" in section(CONTRACT, "Plugin")
     assert f"Plan option: `{option}`" in section(CONTRACT, PROTOCOLS[kind].__name__)
+
+
+def test_the_version_of_the_contract_and_what_is_deprecated_in_it_are_those_described() -> None:
+    described = section(CONTRACT, "Versions")
+
+    assert f"This is version {API_VERSION} " in described
+    assert re.findall(r"^\| `(\w+\.\w+)` \| (\S+) \| (.+) \|$", described, re.MULTILINE) == [
+        (f"{one.owner}.{one.member}", one.since, one.instead) for one in DEPRECATIONS
+    ]
 
 
 @pytest.mark.parametrize("option", sorted(plan_defaults()))

@@ -40,7 +40,8 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(site: Path, data: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    environment = os.environ | {"PYTHONPATH": str(site), "GRIPWRIGHT_DATA": str(data)}
+    path = os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"PYTHONPATH": path, "GRIPWRIGHT_DATA": str(data)}
     return subprocess.run([COMMAND, *arguments], env=environment, capture_output=True, text=True, check=False)
 
 

@@ -1,5 +1,6 @@
 """A new plug-in's project passes its own tests at once, and what is installed can be checked by the command."""
 
+import json
 import os
 import re
 import subprocess
@@ -15,7 +16,7 @@ from gripwright.testing import checks_for
 from plugin_factory import install
 
 CRASHES = '''
-import os
+import ctypes
 
 from gripwright.domain.errors import Rejection
 from gripwright.plugin_api import API_VERSION, Manifest, Params, PluginEntry
@@ -31,7 +32,7 @@ class Crashes:
         self.params = params
 
     def fit(self, component, segment, ctx):
-        os.abort()
+        ctypes.string_at(0)
 
 
 class Hangs(Crashes):
@@ -61,7 +62,7 @@ class Raises(Crashes):
 
 
 manifest = Manifest(
-    name="fakes", version="1.0", api_version=API_VERSION,
+    version="1.0", api_version=API_VERSION,
     plugins=tuple(
         PluginEntry(kind="fitter", key=c.key, target=f"{__name__}:{c.__name__}") for c in (Crashes, Hangs, Declines, Raises)
     ),
@@ -69,8 +70,10 @@ manifest = Manifest(
 '''
 
 
-def run(folder: Path, *arguments: str, path: Path | str) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(path)}
+def run(folder: Path, *arguments: str, path: Path | str, allow: list[str] | None = None) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(path), os.environ.get("PYTHONPATH", "")])}
+    if allow is not None:
+        environment["GRIPWRIGHT_PLUGINS_ALLOW"] = json.dumps(allow)
     command = [sys.executable, "-m", *arguments]
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False)
 
@@ -129,7 +132,7 @@ def test_checking_names_what_crashes_hangs_and_raises_and_goes_on(site):
     checked = run(site, "gripwright.cli", "plugins", "check", "--time-limit", "0.5", path=site)
 
     assert checked.returncode == 1, checked.stderr
-    assert re.search(r"^fitter/crashes: fails\n  crash: its process ended with SIGABRT during the checks$", checked.stdout, re.M)
+    assert re.search(r"^fitter/crashes: fails\n  crash: its process ended with SIGSEGV during the checks$", checked.stdout, re.M)
     assert re.search(r"^fitter/hangs: fails\n  crash: its process raised, or did not come back within 2 s$", checked.stdout, re.M)
     assert "fitter/declines: passes" in checked.stdout
     assert re.search(r"^fitter/raises: fails\n  answers: .* fit raises ValueError: no ball;", checked.stdout, re.M)
@@ -146,6 +149,30 @@ def test_a_key_that_is_not_installed_is_refused(site):
 
     assert checked.returncode == 1
     assert checked.stderr.startswith("no plug-in 'cone' is installed; there are fitter/crashes, ")
+
+
+def test_the_list_as_json_has_the_schemas_of_all_options(site):
+    listed = run(site, "gripwright.cli", "plugins", "--json", path=site)
+
+    description = json.loads(listed.stdout)
+    assert [plugin["key"] for plugin in description["plugins"]] == ["crashes", "hangs", "declines", "raises"]
+    assert {plugin["options"]["type"] for plugin in description["plugins"]} == {"object"}
+    assert description["failures"] == []
+    assert description["plan"]["properties"]["fitters"]["x-plugins"] == "fitter"
+    assert "params" not in description["plan"]["properties"]
+
+
+def test_what_is_deprecated_is_told_once_a_distribution_beside_the_list(site):
+    old = CRASHES.replace('version="1.0"', 'name="old", version="1.0"').replace('key = "', 'key = "old_')
+    install(site, "gripwright-old", old)
+
+    listed = run(site, "gripwright.cli", "plugins", path=site, allow=["gripwright-fakes", "gripwright-old"])
+
+    assert len(listed.stdout.splitlines()) == 8
+    assert listed.stderr.splitlines() == [
+        "deprecated: gripwright-old: Manifest.name is deprecated since plug-in API 1.2 and gone in 2.0: "
+        "leave it out, the distribution's own name is used"
+    ]
 
 
 def test_the_list_needs_no_further_word(site):

@@ -1,12 +1,16 @@
 """Distributions of plug-ins, installed as pip leaves them, are found; broken ones are reported and harm nothing."""
 
 import json
+import os
 import sys
 
 import pytest
 
 from gripwright.design.plan import plan_of
 from gripwright.domain.errors import InvalidPlan
+from gripwright.plugin_api.checks import PROTOCOLS
+from gripwright.plugin_api.deprecation import Deprecation, deprecations_of
+from gripwright.plugin_api.manifest import API_VERSION, KINDS, Manifest
 from gripwright.registry.building import build_toolbox
 from gripwright.registry.description import RegistryUnreadable, check_options, describe, describe_in_child
 from gripwright.registry.discovery import PluginLoadError, load_registry
@@ -19,7 +23,7 @@ GOOD = "gripwright-good"
 def site(tmp_path, monkeypatch):
     """An empty folder on the path, for this process and its children; modules from it are forgotten afterwards."""
     monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
     before = set(sys.modules)
     yield tmp_path
     for name in set(sys.modules) - before:
@@ -40,9 +44,7 @@ def test_an_installed_distribution_is_found_with_all_its_plugins(good):
     registry = load(GOOD)
 
     assert not registry.failures
-    assert {plugin.name for plugin in registry.plugins} == {
-        f"{kind}/fake" for kind in ("segmenter", "fitter", "affordance", "rule", "hand", "planner", "optimizer", "finger")
-    }
+    assert {plugin.name for plugin in registry.plugins} == {f"{kind}/fake" for kind in KINDS}
     assert {(plugin.distribution, plugin.version) for plugin in registry.plugins} == {(GOOD, "1.0")}
 
 
@@ -78,9 +80,15 @@ def test_what_is_not_allowed_is_not_imported(good):
         ("rays: int = Field(30,", "rays: int = Field(", "segmenter/fake", "cannot be built with its default parameters"),
         ("class Settings(Params)", "class Settings", "segmenter/fake", "must be a subclass of Params"),
         ("    def __init__(self, params):", "    def __init__(self):", "segmenter/fake", "cannot be built"),
-        ('version="1.0", api_version=API_VERSION', 'version="1.0", api_version="2.0"', "gripwright_bad", "plug-in API 2.0"),
-        ('version="1.0", api_version=API_VERSION', 'version="1.0", api_version="1.99"', "gripwright_bad", "plug-in API 1.99"),
-        ('version="1.0", api_version=API_VERSION', 'version="1.0", api_version="new"', "gripwright_bad", "plug-in API new"),
+        *(
+            (
+                'version="1.0", api_version=API_VERSION',
+                f'version="1.0", api_version="{version}"',
+                "gripwright_bad",
+                f"made for plug-in API {version}, this is {API_VERSION}: versions from 1.0 to {API_VERSION} load",
+            )
+            for version in ("2.0", "1.99", "0.9", "new")
+        ),
         ("manifest = Manifest(", "manifest = dict(", "gripwright_bad", "not a Manifest"),
         ("CLASSES = {", "import no_such_module\nCLASSES = {", "gripwright_bad", "No module named 'no_such_module'"),
         ("CLASSES = {", "raise SystemExit(3)\nCLASSES = {", "gripwright_bad", "SystemExit"),
@@ -99,6 +107,40 @@ def test_a_broken_distribution_is_reported_whole_and_the_good_one_stays(good, ol
     assert (failure.distribution, failure.plugin) == ("gripwright-bad", plugin)
     assert reason in failure.reason
     assert {item.distribution for item in both.plugins} == {GOOD}
+
+
+@pytest.mark.parametrize("version", ["1.0", "1.1", API_VERSION])
+def test_a_plugin_for_an_earlier_version_of_the_contract_loads(site, version):
+    install(site, GOOD, ALL_KINDS.replace("api_version=API_VERSION", f'api_version="{version}"'))
+
+    registry = load(GOOD, strict=True)
+
+    assert len(registry.plugins) == len(KINDS)
+    assert {plugin.warnings for plugin in registry.plugins} == {()}
+
+
+def test_what_is_deprecated_loads_with_a_warning_for_whoever_lists_it(site):
+    install(site, GOOD, ALL_KINDS.replace('version="1.0"', 'name="old", version="1.0"'))
+
+    described = describe(load(GOOD, strict=True))["plugins"]
+
+    assert len(described) == len(KINDS)
+    for plugin in described:
+        assert plugin["warnings"] == [
+            "Manifest.name is deprecated since plug-in API 1.2 and gone in 2.0: leave it out, the distribution's own name is used"
+        ]
+
+
+def test_a_deprecated_member_of_a_protocol_warns_the_kinds_that_have_it(good):
+    member = Deprecation(owner="HandModel", member="opening_floor_mm", since="1.7", instead="say it otherwise")
+    manifest = Manifest(version="1.0", api_version="1.0", plugins=())
+    found = {
+        plugin.kind: deprecations_of(manifest, plugin.plugin, PROTOCOLS[plugin.kind], [member]) for plugin in load(GOOD).plugins
+    }
+
+    assert {kind: warnings for kind, warnings in found.items() if warnings} == {
+        "hand": ("HandModel.opening_floor_mm is deprecated since plug-in API 1.7 and gone in 2.0: say it otherwise",)
+    }
 
 
 def test_a_key_that_is_taken_refuses_the_second_distribution(good):
@@ -141,7 +183,6 @@ FAULTS = [
     ({"fake.rays": "5"}, {"/options/fake.rays"}),
     ({"fake.rays": float("nan")}, {"/options/fake.rays"}),
     ({"fake.beams": 5}, {"/options/fake.beams"}),
-    ({"fake": {"rays": -1}}, {"/options/fake.rays"}),
     ({"magic.rays": 5}, {"/options/magic"}),
     (
         {"segmenter": "magic", "optimizer": "luck", "fake.rays": 0},
@@ -162,6 +203,13 @@ def test_all_faults_of_a_plan_are_told_together_at_their_places(good, options, p
 
     assert {fault.pointer for fault in by_models.value.faults} == pointers
     assert {fault.pointer for fault in by_schemas.value.faults} == pointers
+
+
+def test_the_place_of_a_parameter_is_where_it_was_given(good):
+    with pytest.raises(InvalidPlan) as refused:
+        check_options({**FAKE_OPTIONS, "fake": {"rays": -1, "beams": 1}, "fake.rays": 0}, describe(load(GOOD)))
+
+    assert {fault.pointer for fault in refused.value.faults} == {"/options/fake.rays", "/options/fake/beams"}
 
 
 def test_an_unknown_key_is_answered_with_what_exists(good):
@@ -198,5 +246,12 @@ def test_the_description_is_json_and_comes_from_a_child_that_imports_in_our_plac
 def test_a_plugin_that_crashes_at_import_does_not_crash_us(site):
     install(site, "gripwright-crash", "import ctypes\nctypes.string_at(0)")
 
-    with pytest.raises(RegistryUnreadable, match="-11"):
-        describe_in_child(allow=("gripwright-crash",))
+    with pytest.raises(RegistryUnreadable, match="ended with code -11 while gripwright-crash was loaded"):
+        describe_in_child(allow=("gripwright", "gripwright-crash"))
+
+
+def test_a_plugin_that_hangs_at_import_is_given_up_and_named(site):
+    install(site, "gripwright-hang", "while True: pass")
+
+    with pytest.raises(RegistryUnreadable, match="took more than 5 s while gripwright-hang was loaded"):
+        describe_in_child(allow=("gripwright-hang",), timeout_s=5.0)

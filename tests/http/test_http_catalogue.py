@@ -108,7 +108,20 @@ def test_plugins_are_listed_with_a_valid_schema_of_their_options(client, problem
     for item in items:
         jsonschema.Draft202012Validator.check_schema(item["options"])
         assert client.get(f"/api/v1/plugins/{item['kind']}/{item['name']}").json() == item
+        assert item["warnings"] == []
     problem(client.get("/api/v1/plugins/segmenter/none"), 404)
+
+
+def test_the_schema_of_a_plan_says_which_options_choose_plugins_of_which_kind(client):
+    answer = client.get("/api/v1/plugins").json()
+
+    jsonschema.Draft202012Validator.check_schema(answer["plan"])
+    chosen = {name: field["x-plugins"] for name, field in answer["plan"]["properties"].items() if "x-plugins" in field}
+    assert set(chosen.values()) == {item["kind"] for item in answer["items"]}
+    for name, kind in chosen.items():
+        default = answer["plan"]["properties"][name]["default"]
+        keys = {item["name"] for item in answer["items"] if item["kind"] == kind}
+        assert {default} <= keys if isinstance(default, str) else set(default) <= keys
 
 
 def test_a_gripper_set_is_minimised(client, problem):

@@ -9,6 +9,7 @@ import numpy as np
 
 from gripwright.domain.errors import Cancelled, Rejection
 from gripwright.domain.gripper_set import GripperSet
+from gripwright.domain.preference import Preference
 from gripwright.domain.shape import Box, Segment
 from gripwright.geometry.frames import rotation_z
 from gripwright.plugin_api import Params
@@ -17,6 +18,7 @@ from gripwright_builtin.fingers.straight import StraightFinger
 from gripwright_builtin.hands.centric import CentricHand
 from gripwright_builtin.optimizers.set_cover import SetCoverOptimizer
 from gripwright_builtin.planners.axial import AxialPlanner
+from gripwright_builtin.policies.makers import PreferMakers
 from gripwright_builtin.rules.cylinder import ThreeFingerCylinder
 
 EXPECTED: dict[type, str] = {}
@@ -199,6 +201,16 @@ class CannotBeStopped(Fitter):
         return super().fit(component, segment, ctx)
 
 
+KEPT: list[np.ndarray] = []
+
+
+@breaks("each of 4 calls of fit keeps")
+class LeaksMemory(Fitter):
+    def fit(self, component, segment, ctx):
+        KEPT.append(np.ones(2**19))
+        return super().fit(component, segment, ctx)
+
+
 @breaks("face 0 is in more than one segment")
 class FaceTwice(Segmenter):
     def segment(self, component, ctx):
@@ -325,6 +337,31 @@ class PadWithoutASeat(StraightFinger):
 class NoGroove(ConcaveFinger):
     def design(self, spec, ctx):
         return super().design(replace(spec, groove=None), ctx)
+
+
+@breaks("a factor of 0.8 needs a reason")
+class PrefersWithoutReason(PreferMakers):
+    def actuator(self, actuator):
+        return Preference(factor=0.8)
+
+
+@breaks("grip returns bool, neither a Preference nor a Rejection")
+class SaysYes(PreferMakers):
+    def grip(self, component, segment, requirement, marks):
+        return True
+
+
+@breaks("actuator raises ValueError: a preference's factor is -1.0, a finite number above 0 is needed")
+class WeighsBelowZero(PreferMakers):
+    def actuator(self, actuator):
+        return Preference(factor=-1.0, detail="not at all")
+
+
+@breaks("grip changes its argument ['marks']")
+class ForgetsMarks(PreferMakers):
+    def grip(self, component, segment, requirement, marks):
+        marks.clear()
+        return super().grip(component, segment, requirement, marks)
 
 
 @breaks("has the methods of no kind of plug-in")

@@ -1,4 +1,4 @@
-"""Centric grasps along a cylinder's axis (paper, section 5.3), and of four fingers along that of a square box."""
+"""Centric grasps along the axis of a cylinder, or of whatever else has one (paper, section 5.3), or of a square box."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from pydantic import Field
 
 from gripwright.domain.assembly import Component
 from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, INTERNAL, Grasp, GripRequirement
-from gripwright.domain.shape import Box, Cylinder, FloatArray, Segment
+from gripwright.domain.shape import AxialPrimitive, Box, FloatArray, Segment
 from gripwright.geometry.frames import any_perpendicular, pose
 from gripwright.geometry.turns import turns_about
 from gripwright.plugin_api import HandModel, Params, RunContext
@@ -38,7 +38,7 @@ class _Column:
 
 
 class AxialPlanner:
-    """Aligns the gripper's axis with the cylinder's, from either end, at several depths and rotations.
+    """Aligns the gripper's axis with the primitive's, from either end, at several depths and rotations.
 
     Four fingers stand square on the sides of a box.
     """
@@ -79,11 +79,11 @@ class AxialPlanner:
         return grasps
 
     def _column(self, component: Component, segment: Segment, requirement: GripRequirement, fingers: int) -> _Column | None:
-        """The cylinder, or the box along the axis that is approached; None: there is nothing for this planner."""
+        """What has an axis, or the box along the axis that is approached; None: there is nothing for this planner."""
         held = requirement.primitive
         if requirement.taper_rad:
             return None
-        if isinstance(held, Cylinder):
+        if isinstance(held, AxialPrimitive):
             x = any_perpendicular(held.axis_C)
             step = float(np.radians(self._params.rotation_step))
             turns, beside = turns_about(component.mesh, segment.faces, held.axis_C, x, fingers, step)

@@ -1,5 +1,6 @@
 """`gripwright plugins`: what is installed, whether it keeps the contract, and the start of a new one."""
 
+import json
 from pathlib import Path
 from typing import Annotated
 
@@ -8,22 +9,34 @@ import typer
 from gripwright.cli.plugin_check import findings_in_children
 from gripwright.cli.plugin_project import write_project
 from gripwright.domain.errors import NotFound
+from gripwright.plugin_api.manifest import KINDS
 from gripwright.registry.description import FailureDescription, RegistryDescription, describe_in_child
+from gripwright.registry.plans import plan_schema
 from gripwright.settings import load_settings
 
 plugins = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 
 @plugins.callback(invoke_without_command=True)
-def list_installed(context: typer.Context) -> None:
-    """What is installed: kind, name, version, where from, and what could not be loaded."""
+def list_installed(
+    context: typer.Context,
+    as_json: Annotated[bool, typer.Option("--json", help="all that is known, with JSON Schemas of all options")] = False,
+) -> None:
+    """What is installed: kind, name, version, where from, what is deprecated in it, and what could not be loaded."""
     if context.invoked_subcommand is not None:
         return
     description = describe_in_child(allow=load_settings().plugins_allow)
+    if as_json:
+        typer.echo(json.dumps({**description, "plan": plan_schema()}, indent=2, ensure_ascii=False))
+        return
     rows = [(plugin["kind"], plugin["key"], plugin["version"], plugin["distribution"]) for plugin in description["plugins"]]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         typer.echo("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
+    for text in dict.fromkeys(
+        f"deprecated: {plugin['distribution']}: {warning}" for plugin in description["plugins"] for warning in plugin["warnings"]
+    ):
+        typer.echo(text, err=True)
     for failure in description["failures"]:
         typer.echo(_not_loaded(failure), err=True)
 
@@ -52,7 +65,7 @@ def check(
 @plugins.command()
 def new(
     name: Annotated[str, typer.Argument(help="lower case letters, digits and _; becomes the plug-in's key")],
-    kind: Annotated[str, typer.Option(help="segmenter, fitter, affordance, rule, hand, planner, optimizer or finger")],
+    kind: Annotated[str, typer.Option(help=", ".join(KINDS))],
     out: Annotated[Path, typer.Option(help="the folder in which the project's folder is made")] = Path(),
 ) -> None:
     """Begin a plug-in: a project with code, tests and CI that passes its own tests at once."""

@@ -18,7 +18,7 @@ async function request(path, options = {}) {
   if (answer.status === 401 && storedKey() === key) showSignIn(true); // else somebody has signed in meanwhile
   const problem = await answer.json();
   const faults = (problem.errors ?? []).map((fault) => `${fault.pointer}: ${fault.message}`);
-  throw Object.assign(new Error([problem.detail, ...faults].join("\n")), { status: answer.status });
+  throw Object.assign(new Error([problem.detail, ...faults].join("\n")), { status: answer.status, faults: problem.errors });
 }
 
 function showSignIn(isNeeded) {

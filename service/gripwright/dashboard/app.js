@@ -174,8 +174,11 @@ async function refreshProducts() {
       button.disabled = product.operations === 0;
       button.title = product.operations === 0 ? "PUT its operations first" : "";
       button.addEventListener("click", () => requestDesign(product.id));
+      const options = element("button", "Options…", { type: "button" });
+      options.disabled = button.disabled;
+      options.addEventListener("click", () => guarded(() => openOptions(product.id)));
       const action = document.createElement("td");
-      action.append(button);
+      action.append(button, " ", options);
       row.append(
         name,
         element("td", product.revision),
@@ -190,15 +193,17 @@ async function refreshProducts() {
   );
 }
 
-function requestDesign(productId) {
-  guarded(async () => {
-    await call(`${API}/products/${productId}/designs`, {
-      method: "POST",
-      headers: { "Content-Type": "application/json" },
-      body: "{}",
-    });
-    await refreshDesigns();
+async function postDesign(productId, options) {
+  await call(`${API}/products/${productId}/designs`, {
+    method: "POST",
+    headers: { "Content-Type": "application/json" },
+    body: JSON.stringify({ options }),
   });
+  await refreshDesigns();
+}
+
+function requestDesign(productId) {
+  guarded(() => postDesign(productId, {}));
 }
 
 byId("upload").addEventListener("submit", (event) => {

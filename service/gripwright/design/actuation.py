@@ -13,6 +13,7 @@ from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import EXTERNAL, FreeGrasp, GraspConstraint
 from gripwright.domain.gripper import Actuator, Gripper
 from gripwright.domain.gripper_set import GripperClass
+from gripwright.domain.preference import Preference, weight
 from gripwright.plugin_api import HandModel
 
 ARM_MAX_MM = 100.0
@@ -110,11 +111,15 @@ class ActuatorClass:
         )
 
 
-def costs_of(actuators: Sequence[Actuator], policy: HoldPolicy) -> dict[str, float]:
-    """Cost of each actuator by name: prices where all are known, else masses (kg); an unknown force counts extra."""
+def costs_of(
+    actuators: Sequence[Actuator], policy: HoldPolicy, preferences: Mapping[str, Sequence[Preference]]
+) -> dict[str, float]:
+    """Cost of each actuator by name: prices where all are known, else masses (kg), by the factors of the house's preferences;
+    an unknown force counts extra."""
     priced = all(actuator.price is not None for actuator in actuators)
     return {
         actuator.name: ((actuator.price if priced else None) or catalogue.mass_or_default_kg(actuator))
+        * weight(preferences.get(actuator.name, ()))
         + (UNKNOWN_FORCE_COST if policy.enforced and actuator.grip_force_N is None else 0.0)
         for actuator in actuators
     }

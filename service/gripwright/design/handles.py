@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from gripwright.design.actuation import ActuatorClass, HoldPolicy, Shortfall
 from gripwright.domain.grasp import FreeGrasp, Hold, OperationVerdict
 from gripwright.domain.gripper import Actuator, GripperParameters, Handle
+from gripwright.domain.preference import weight
 
 _BELOW = 0.3  # sine of the angle from which a hand counts as coming from below
 _LEAST_N = 1e-3  # smaller forces do not differ
@@ -74,6 +75,7 @@ def best_handle(
         gap_mm=best.free.gap_mm,
         hold=best.free.hold,
         safety_factor=safety_factor(kind.actuator, best.free.hold),
+        preferences=best.free.preferences,
     )
 
 
@@ -85,10 +87,12 @@ def _holds(
 
 
 def _preference(held: HeldGrasp) -> tuple[float, ...]:
-    """From above or the side before from below; the least required force, where a tenth more counts as the same; the more
-    upright hand; the largest gap; the most symmetric; the largest contact. Differences below what is measured do not count."""
+    """What the house likes best; from above or the side before from below; the least required force, where a tenth more counts
+    as the same; the more upright hand; the largest gap; the most symmetric; the largest contact. Differences below what is
+    measured do not count."""
     free, hold = held.free, held.free.hold
     return (
+        weight(free.preferences),
         float(free.rise > _BELOW),
         round(math.log(max(hold.required_force_N, _LEAST_N)) / math.log(1.1)),
         round(free.rise, 1),

@@ -12,6 +12,7 @@ from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import EXTERNAL, GraspConstraint
 from gripwright.domain.gripper import BOUND_TOLERANCE_MM as SLACK
 from gripwright.domain.gripper import Actuator, Gripper
+from gripwright.domain.preference import Preference
 
 ActuatorGrip = tuple[str, str]
 """Name of an actuator, and a grip."""
@@ -27,6 +28,7 @@ class Offers:
     constraints: Mapping[str, Sequence[GraspConstraint]]  # by operation
     shortfalls: Mapping[str, Mapping[ActuatorGrip, Shortfall]]  # by operation, the closest
     costs: Mapping[str, float]  # by actuator
+    preferences: Mapping[str, Sequence[Preference]]  # by actuator
     enforce_hold: bool
     release_clearance_mm: float
 
@@ -83,12 +85,15 @@ def _dearer(actuator: Actuator, chosen: Actuator, offers: Offers) -> Rejection:
         return Rejection("no-better", "would do as well; tool changes, then finger lengths decide")
     if offers.enforce_hold and actuator.grip_force_N is None and chosen.grip_force_N is not None:
         return Rejection("unknown-force", f"its grip force is not known, that of {chosen.name} is")
+    weighed = "".join(
+        f"; {one.name} by {preference}" for one in (actuator, chosen) for preference in offers.preferences.get(one.name, ())
+    )
     if offers.priced:
-        return Rejection("dearer", f"price {actuator.price:g}, that of {chosen.name} {chosen.price:g}")
+        return Rejection("dearer", f"price {actuator.price:g}, that of {chosen.name} {chosen.price:g}{weighed}")
     masses = [
         f"{mass_or_default_kg(one):.3g} kg{'' if one.mass_kg is not None else ' (estimated)'}" for one in (actuator, chosen)
     ]
-    return Rejection("heavier", f"{masses[0]}, {chosen.name} {masses[1]}; prices are not known of all actuators")
+    return Rejection("heavier", f"{masses[0]}, {chosen.name} {masses[1]}; prices are not known of all actuators{weighed}")
 
 
 def _holds_all(key: str, kind: ActuatorClass, operations: Sequence[str], offers: Offers) -> bool:

@@ -11,6 +11,7 @@ from gripwright.design import catalogue
 from gripwright.design.analysis import AnalysedMesh, analyse
 from gripwright.design.plan import Plan
 from gripwright.design.runner import Ref, Runner
+from gripwright.design.step_values import HouseActuators
 from gripwright.domain.assembly import AssemblyTask, Component, Operation
 from gripwright.domain.errors import Fault, InvalidInput, Rejection
 from gripwright.domain.gripper import FINGER_TOO_HEAVY, Actuator, Gripper, without_handles
@@ -26,7 +27,15 @@ _NO_MESH = Mesh(vertices_mm=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.in
 
 def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner: Runner) -> Ref:
     """The whole job: from an assembly task and a catalogue to a `DesignResult`."""
-    chosen = _ref(runner.put(catalogue.select(actuators, plan.actuators)))
+    usable = catalogue.select(actuators, plan.actuators)
+    unavailable = catalogue.unavailable(actuators, plan.actuators)
+    said: dict[str, Any] = {}
+    if plan.policies:
+        (opinion,) = runner.map("policies", [{"actuators": _ref(runner.put(usable))}])
+        house: HouseActuators = runner.get(opinion)
+        said, usable = {"house": _ref(opinion)}, house.allowed
+        unavailable |= {actuator.name: why for actuator, why in house.refused}
+    chosen = _ref(runner.put(usable))
     owned = _ref(_owned(actuators, plan, runner))
     meshes = [runner.put(component.mesh) for component in task.components]
     shapes = analyse(meshes, plan, runner)
@@ -39,7 +48,7 @@ def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner
         operation.id: {"operation": scene, "verdict": verdict}
         for operation, scene, verdict in zip(task.operations, scenes, verdicts, strict=True)
     }
-    problem = {"task": skeleton, "verdicts": verdicts, "actuators": chosen, "owned": owned}
+    problem = {"task": skeleton, "verdicts": verdicts, "actuators": chosen, "owned": owned, **said}
     selection, cads = _grippers(problem, None if plan.finger == _FLAT else judged, runner)
     grippers: Sequence[Gripper] = runner.get(selection).grippers
     given = [_ref(runner.put(gripper)) for gripper in grippers]
@@ -60,7 +69,7 @@ def design(task: AssemblyTask, actuators: Sequence[Actuator], plan: Plan, runner
                 "selection": _ref(selection),
                 "cads": _refs(cads),
                 "checks": _refs(checks),
-                "unavailable": _ref(runner.put(catalogue.unavailable(actuators, plan.actuators))),
+                "unavailable": _ref(runner.put(unavailable)),
             }
         ],
     )

@@ -75,6 +75,7 @@ class Plan(BaseModel):
     planners: tuple[str, ...] = Field(("axial", "facet_pairs"), min_length=1, description="keys of the grasp planners")
     optimizer: str = Field("set_cover", description="key of the gripper-set optimiser")
     finger: str = Field("straight", description="key of the finger designer")
+    policies: tuple[str, ...] = Field((), description="keys of the house's policies: they forbid and prefer grips and actuators")
     actuators: Literal["all", "paper"] | tuple[str, ...] = Field(
         "all", description="the catalogue, the paper's two air chucks, or a list of maker/model"
     )

@@ -85,6 +85,7 @@ def design_result(parts: DesignParts, plan: Plan, versions: Mapping[str, PluginV
             {
                 **_gripper(gripper, cad, checks, parts.selection.owned.get(gripper.id)),
                 "not_chosen": _not_chosen(parts, gripper.id),
+                "remarks": list(parts.selection.remarks.get(gripper.id, ())),
             }
             for gripper, cad, checks in zip(parts.selection.grippers, parts.cads, parts.checks, strict=True)
         ],

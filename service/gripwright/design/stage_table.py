@@ -41,12 +41,13 @@ _GRASPING = ("min_contact", "margin", "release_clearance", "contact_tolerance", 
 STAGES: Mapping[str, Stage] = {
     stage.name: stage
     for stage in (
+        Stage(name="policies", at=_AT, uses=("policy",)),
         Stage(name="owned", at=_AT, uses=("hand",), plan_fields=("owned",)),
         Stage(name="prepare", at=_AT, version=2),
         Stage(name="segment", at=_AT, uses=("segmenter",), plan_fields=("seed",), version=5),
-        Stage(name="fit", at=_AT, uses=("fitter",), plan_fields=("seed",), version=5),
+        Stage(name="fit", at=_AT, uses=("fitter",), plan_fields=("seed",), version=6),
         Stage(name="keep", at=_AT),
-        Stage(name="grips", at=_AT, uses=("affordance", "rule"), plan_fields=("plan", "seed"), version=2),
+        Stage(name="grips", at=_AT, uses=("affordance", "rule", "policy"), plan_fields=("plan", "seed"), version=2),
         Stage(
             name="constraints",
             at=_AT,
@@ -65,6 +66,6 @@ STAGES: Mapping[str, Stage] = {
         Stage(name="tips", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "pad", *_GRASPING)),
         Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "pad", "seed"), version=5),
         Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=5, remembers=True),
-        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=9),
+        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=10),
     )
 }

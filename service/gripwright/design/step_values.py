@@ -6,6 +6,8 @@ from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import GripRequirement
+from gripwright.domain.gripper import Actuator
+from gripwright.domain.preference import Preference
 from gripwright.domain.shape import Analysis, FloatArray, IntArray, Mesh, Segment
 
 
@@ -48,3 +50,12 @@ class Participant:
     prepared: PreparedShape
     analysis: Analysis | None = None
     grips: ComponentGrips | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class HouseActuators:
+    """The actuators that the house allows, why it refuses the others, and what it prefers."""
+
+    allowed: tuple[Actuator, ...]
+    refused: tuple[tuple[Actuator, Rejection], ...]
+    preferences: dict[str, tuple[Preference, ...]]  # by the actuator's name

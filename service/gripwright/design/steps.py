@@ -22,12 +22,12 @@ from gripwright.design.plan import Plan
 from gripwright.design.result import DesignParts, DesignResult, design_result
 from gripwright.design.scene_memory import SceneMemory
 from gripwright.design.stage_table import StepFunction
-from gripwright.design.stages import affordance, fingers, rules, select, verify
+from gripwright.design.stages import affordance, fingers, policies, rules, select, verify
 from gripwright.design.stages.fit import fit
 from gripwright.design.stages.keep import keep
 from gripwright.design.stages.prepare import PrepareSettings, prepare
 from gripwright.design.stages.segment import segment, source_labels
-from gripwright.design.step_values import ComponentGrips, Participant, PreparedShape, Segmentation
+from gripwright.design.step_values import ComponentGrips, HouseActuators, Participant, PreparedShape, Segmentation
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import Component, Obstacle, Operation
 from gripwright.domain.errors import Rejection
@@ -39,6 +39,10 @@ from gripwright.plugin_api import RunContext
 
 def _owned(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> tuple[Gripper, ...]:
     return owned_grippers(plan.owned, inputs["actuators"], toolbox.hands)
+
+
+def _policies(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> HouseActuators:
+    return policies.house_actuators(inputs["actuators"], toolbox.policies)
 
 
 def _prepare(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> PreparedShape:
@@ -101,7 +105,10 @@ def _grips(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCont
         primitives = () if item.primitive is None else (item.primitive,)
         if plan.plan != "paper":
             primitives = (*primitives, *item.alternatives)
-        found[item.segment.id] = _requirements(primitives, item.reason, toolbox)
+        needs = _requirements(primitives, item.reason, toolbox)
+        if not isinstance(needs, Rejection):
+            needs = policies.house_grips(component, item.segment, needs, forbidden, toolbox.policies)
+        found[item.segment.id] = needs
     return ComponentGrips(forbidden=forbidden, segments=found)
 
 
@@ -244,6 +251,9 @@ def _held_scene(inputs: Mapping[str, Any], held: Participant, plan: Plan) -> tup
 def _select(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:
     verdicts = [without_barred(verdict, inputs["barred"].get(verdict.operation, {})) for verdict in inputs["verdicts"]]
     options = dataclasses.replace(select.options_of(plan), owned=inputs["owned"], too_heavy=inputs["too_heavy"])
+    if "house" in inputs:
+        house: HouseActuators = inputs["house"]
+        options = dataclasses.replace(options, preferences=house.preferences, refused=house.refused)
     return select.select(inputs["task"], verdicts, inputs["actuators"], options, toolbox, ctx)
 
 
@@ -308,6 +318,7 @@ def _result(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCon
 
 FUNCTIONS: Mapping[str, StepFunction] = {
     "owned": _owned,
+    "policies": _policies,
     "prepare": _prepare,
     "segment": _segment,
     "fit": _fit,

@@ -17,6 +17,7 @@ from gripwright.plugin_api import (
     GripperOptimizer,
     GripperRule,
     HandModel,
+    HousePolicy,
     PrimitiveFitter,
     Segmenter,
 )
@@ -42,6 +43,7 @@ class Toolbox:
     planners: Mapping[str, tuple[GraspPlanner, ...]]  # by gripper type
     optimizer: GripperOptimizer
     fingers: Mapping[str, FingerDesigner]  # by gripper type
+    policies: tuple[HousePolicy, ...]
     versions: Mapping[str, PluginVersion]  # by "kind/key"
     record_classes: tuple[type, ...]  # dataclasses that a stored result may hold
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gripwright.domain.errors import Rejection
+from gripwright.domain.preference import Preference
 from gripwright.domain.shape import FloatArray, Primitive
 
 PARALLEL_2 = "parallel-2"
@@ -33,6 +34,7 @@ class GripRequirement:
     grip_axes_C: FloatArray  # (b, 3)
     primitive: Primitive
     rule: str = ""
+    preferences: tuple[Preference, ...] = ()  # of the house's policies; the host fills them in
     taper_rad: float = 0.0
 
     def __post_init__(self) -> None:
@@ -86,6 +88,7 @@ class FreeGrasp:
     gap_mm: float  # estimate; verify states the measured one
     hold: Hold
     rise: float = 0.0  # z of the approach direction in the product frame at the end: −1 the hand points down, 1 up
+    preferences: tuple[Preference, ...] = ()  # of its requirement
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from gripwright.domain.grasp import EXTERNAL, INTERNAL, Grasp, GraspConstraint, Hold
 from gripwright.domain.groove import Groove
 from gripwright.domain.pad import PAD, Pad
+from gripwright.domain.preference import Preference
 from gripwright.domain.shape import FloatArray, Mesh
 
 BOUND_TOLERANCE_MM = 1e-9
@@ -83,6 +84,7 @@ class Handle:
     gap_mm: float
     hold: Hold
     safety_factor: float | None  # grip force over the force that friction needs; None: the actuator's force is unknown
+    preferences: tuple[Preference, ...] = ()  # of the house's policies
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -92,6 +92,35 @@ class CurvedPrimitive(Primitive, Protocol):
         ...
 
 
+@runtime_checkable
+class DrawnPrimitive(Primitive, Protocol):
+    """A primitive that can be shown in pictures. Optional: without it the picture leaves its segment out."""
+
+    def drawn(self) -> Mesh:
+        """Its closed surface in the component's frame, faces outwards, mm; it holds `volume_mm3` within 2 %."""
+        ...
+
+
+@runtime_checkable
+class AxialPrimitive(Primitive, Protocol):
+    """A primitive along an axis, about which centric grasps are planned. Optional."""
+
+    @property
+    def center_C(self) -> FloatArray:
+        """Midpoint of the axis, (3,)."""
+        ...
+
+    @property
+    def axis_C(self) -> FloatArray:
+        """Direction of the axis, (3,), unit."""
+        ...
+
+    @property
+    def height_mm(self) -> float:
+        """Extent along the axis."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Cylinder:
     """A right circular cylinder: `center_C` is the midpoint of its axis, `height_mm` its full height along `axis_C`."""

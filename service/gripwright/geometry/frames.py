@@ -47,6 +47,12 @@ def any_perpendicular(direction: FloatArray) -> FloatArray:
     return np.asarray(perpendicular / np.linalg.norm(perpendicular))
 
 
+def pose_along(axis: FloatArray, origin: FloatArray) -> FloatArray:
+    """A pose whose z is the unit vector `axis`, the same each time."""
+    x = any_perpendicular(axis)
+    return pose(x, np.cross(axis, x), axis, origin)
+
+
 def rotation_z(angle_rad: float) -> FloatArray:
     """Rz(angle) as a pose."""
     X = np.eye(4)

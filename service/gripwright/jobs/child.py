@@ -16,7 +16,6 @@ import signal
 import sys
 import threading
 import time
-import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing import forkserver
@@ -25,12 +24,14 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from gripwright.domain.errors import Cancelled, Fault, GripwrightError
+from gripwright.jobs.child_log import LogOfParent, log_for_child
+from gripwright.jobs.plugin_calls import CallNote, PluginCalls
 
 Progress = Callable[[float, str], None]
 """Takes a fraction (0..1) and a message."""
 
-Work = Callable[[Any, Progress], Any]
-"""A function of a module, given a JSON value and told where to report progress; returns a JSON value."""
+Work = Callable[[Any, Progress, PluginCalls], Any]
+"""A function of a module, given a JSON value, where to report progress and what to call plug-ins by; returns a JSON value."""
 
 log = logging.getLogger(__name__)
 
@@ -52,10 +53,14 @@ class Limits:
 
     memory_mb: int = 4096  # address space on top of what the preloaded modules take
     timeout_s: float = 900.0
+    plugin_memory_mb: int | None = None  # of one call of a plug-in, on top of what is taken when it begins
+    plugin_timeout_s: float | None = None  # of one call of a plug-in
 
 
 class ChildFailure(Exception):
-    """The child brought no result: how it ended."""
+    """The child brought no result: how it ended, and within a call of which plug-in."""
+
+    plugin: str | None = None  # "kind/key (distribution version)"
 
 
 class ChildBroke(ChildFailure):
@@ -97,15 +102,16 @@ def run_in_child(
     cancelled: Callable[[], bool] = lambda: False,
     fresh: bool = False,
 ) -> Any:
-    """The JSON value that `work(argument, progress)` returns. Raises Cancelled, Refused, or ChildFailure.
+    """The JSON value that `work(argument, progress, calls)` returns. Raises Cancelled, Refused, or ChildFailure.
 
     `fresh`: in a new interpreter instead of a fork of the preloaded one, for work that imports little.
     """
     context = _FRESH if fresh else _FORKED
     receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=_main, args=(work, argument, limits, sender), daemon=True)
     deadline = time.monotonic() + limits.timeout_s
     try:
+        note = CallNote(context)
+        process = context.Process(target=_main, args=(work, argument, limits, sender, note), daemon=True)
         if fresh:
             process.start()  # in this thread: the child dies with the thread that started it
         else:
@@ -115,7 +121,11 @@ def run_in_child(
     finally:
         sender.close()
     try:
-        return _receive(process, receiver, deadline, limits, on_progress, cancelled)
+        return _receive(process, receiver, deadline, limits, note, on_progress, cancelled)
+    except ChildFailure as failure:
+        called = note.read()
+        failure.plugin = None if called is None else called[0]
+        raise
     finally:
         _kill(process)
         receiver.close()
@@ -152,6 +162,7 @@ def _receive(
     receiver: Connection,
     deadline: float,
     limits: Limits,
+    note: CallNote,
     on_progress: Progress,
     cancelled: Callable[[], bool],
 ) -> Any:
@@ -171,7 +182,7 @@ def _receive(
                     faults = tuple(Fault(*fault) for fault in body.pop("faults"))
                     raise Refused(body["code"], body["detail"], faults, **body["context"])
                 case "log":
-                    _log_for_child(*body)
+                    log_for_child(*body)
                 case "defect":
                     raise ChildFailure(body)
                 case "broke":
@@ -182,6 +193,14 @@ def _receive(
             raise Cancelled("the caller asked to stop")
         if time.monotonic() > deadline:
             raise ChildTimeout(f"took more than {limits.timeout_s:g} s")
+        if limits.plugin_timeout_s is not None:
+            _end_a_long_call(note, limits.plugin_timeout_s)
+
+
+def _end_a_long_call(note: CallNote, timeout_s: float) -> None:
+    called = note.read()
+    if called is not None and time.monotonic() - called[1] > timeout_s:
+        raise ChildTimeout(f"took more than the {timeout_s:g} s that one call of a plug-in may take")
 
 
 def _ending(process: BaseProcess, limits: Limits) -> ChildFailure:
@@ -209,9 +228,10 @@ def _kill(process: BaseProcess) -> None:
     process.join(timeout=5.0)
 
 
-def _main(work: Work, argument: Any, limits: Limits, sender: Connection) -> None:
+def _main(work: Work, argument: Any, limits: Limits, sender: Connection, note: CallNote) -> None:
     """The child's life."""
     _confine(limits)
+    calls = PluginCalls(note, limits.plugin_memory_mb)
     lock = threading.Lock()
     _let_go_of_server()
 
@@ -219,11 +239,11 @@ def _main(work: Work, argument: Any, limits: Limits, sender: Connection) -> None
         with lock:
             sender.send_bytes(json.dumps([kind, body]).encode())
 
-    logging.getLogger().handlers = [_LogOfParent(send)]
+    logging.getLogger().handlers = [LogOfParent(send)]
     try:
-        send("result", work(argument, lambda fraction, message: send("progress", [fraction, message])))
+        send("result", work(argument, lambda fraction, message: send("progress", [fraction, message]), calls))
     except MemoryError:
-        send("broke", f"needs more than {limits.memory_mb} MB of memory")
+        send("broke", _shortage_of_memory(limits, in_plugin=calls.running is not None))
     except GripwrightError as error:
         faults = [[fault.pointer, fault.message] for fault in error.faults]
         context = {name: value if isinstance(value, int | float | str) else repr(value) for name, value in error.context.items()}
@@ -236,24 +256,11 @@ def _main(work: Work, argument: Any, limits: Limits, sender: Connection) -> None
         send("defect", f"raised {type(error).__name__}: {error}")
 
 
-class _LogOfParent(logging.Handler):
-    """Lets the parent write what the child logs: it knows what for, and how."""
-
-    def __init__(self, send: Callable[[str, Any], None]) -> None:
-        super().__init__(logging.INFO)
-        self._send = send
-
-    def emit(self, record: logging.LogRecord) -> None:
-        trace = "".join(traceback.format_exception(*record.exc_info)) if record.exc_info else None
-        self._send("log", [record.name, record.levelno, record.getMessage(), trace])
-
-
-def _log_for_child(name: str, level: int, message: str, trace: str | None) -> None:
-    logger = logging.getLogger(name)
-    record = logger.makeRecord(name, level, "", 0, message, (), None)
-    record.exc_text = trace
-    if logger.isEnabledFor(level):
-        logger.handle(record)
+def _shortage_of_memory(limits: Limits, *, in_plugin: bool) -> str:
+    own = limits.plugin_memory_mb
+    if in_plugin and own is not None and own < limits.memory_mb:
+        return f"needs more than the {own} MB of memory that one call of a plug-in may take"
+    return f"needs more than {limits.memory_mb} MB of memory"
 
 
 def _let_go_of_server() -> None:

@@ -7,6 +7,7 @@ from gripwright.design.plan import Plan
 from gripwright.domain.errors import LimitExceeded
 from gripwright.jobs.child import ChildFailure, ChildTimeout, Limits, Progress, run_in_child
 from gripwright.jobs.engine import StepFailure
+from gripwright.jobs.plugin_calls import PluginCalls
 from gripwright.registry.discovery import load_registry
 
 
@@ -17,15 +18,17 @@ def solve_document(document: Any, *, timeout_s: float) -> dict[str, Any]:
     except ChildTimeout:
         raise LimitExceeded(f"the optimisation took more than {timeout_s:g} s") from None
     except ChildFailure as failure:
-        raise StepFailure(f"the optimisation {failure}", stage="select") from failure
+        where = "" if failure.plugin is None else f", in {failure.plugin}"
+        plugin = None if failure.plugin is None else failure.plugin.partition(" ")[0]
+        raise StepFailure(f"the optimisation {failure}{where}", stage="select", plugin=plugin) from failure
     return answer
 
 
-def _solve(document: Any, progress: Progress) -> dict[str, Any]:
+def _solve(document: Any, progress: Progress, calls: PluginCalls) -> dict[str, Any]:
     """Runs in the child: the one plug-in that is needed, with its default parameters."""
     del progress
     key = Plan().optimizer
     optimizer = load_registry(kinds=("optimizer",)).find("optimizer", key)
     if optimizer is None:
         raise StepFailure(f"the optimizer {key!r} is not installed", stage="select")
-    return minimise(document, optimizer.plugin(optimizer.plugin.params_model()))
+    return minimise(document, calls.make(optimizer, optimizer.plugin.params_model()))

@@ -9,7 +9,7 @@ from gripwright.design.stage_table import Stage
 _AT = "gripwright.jobs.stage_functions:FUNCTIONS"
 
 STAGES: Mapping[str, Stage] = MappingProxyType(
-    {**DESIGN_STAGES, "export": Stage(name="export", at=_AT, uses=("hand",), version=8, remembers=True)}
+    {**DESIGN_STAGES, "export": Stage(name="export", at=_AT, uses=("hand",), version=9, remembers=True)}
 )
 """Of a whole design."""
 

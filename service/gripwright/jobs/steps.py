@@ -6,8 +6,8 @@ import json
 import logging
 import os
 import time
-import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -22,6 +22,7 @@ from gripwright.domain.errors import GripwrightError, PluginFailure
 from gripwright.jobs.child import ChildBroke, ChildFailure, ChildLost, Limits, Progress, is_shortage, run_in_child
 from gripwright.jobs.engine import PassingFailure, StepBroke, StepFailure
 from gripwright.jobs.installed import installed_registry
+from gripwright.jobs.plugin_calls import PluginCalls
 from gripwright.plugin_api import RunContext
 from gripwright.registry.building import build_toolbox
 from gripwright.registry.discovery import Registry
@@ -61,7 +62,12 @@ class Workshop:
             data_dir=settings.data_dir,
             storage_url=settings.storage_url,
             plugins_allow=settings.plugins_allow,
-            limits=Limits(memory_mb=settings.step_memory_mb, timeout_s=settings.step_timeout_s),
+            limits=Limits(
+                memory_mb=settings.step_memory_mb,
+                timeout_s=settings.step_timeout_s,
+                plugin_memory_mb=settings.plugin_memory_mb,
+                plugin_timeout_s=settings.plugin_timeout_s,
+            ),
             stages_at=stages_at,
         )
 
@@ -124,7 +130,7 @@ def resolve_plan(
     """The plan that is run and the exact plug-ins and parameters it means; InvalidPlan names every fault."""
     plan = effective_plan(plan)
     argument = {"plan": plan.model_dump(mode="json"), "allow": workshop.plugins_allow}
-    return plan, _guarded("plan", None, lambda: run_in_child(_versions, argument, limits=workshop.limits, cancelled=cancelled))
+    return plan, _guarded("plan", lambda: run_in_child(_versions, argument, limits=workshop.limits, cancelled=cancelled))
 
 
 def step_call(stage: "Stage", inputs: Mapping[str, Any], plan: Plan, versions: Versions) -> StepCall:
@@ -170,10 +176,8 @@ def run_step(
         "stages_at": workshop.stages_at,
         "storage": workshop.storage,
     }
-    plugin = next(iter(call["versions"])) if len(call["versions"]) == 1 else None
     computation: Computation = _guarded(
         call["stage"],
-        plugin,
         lambda: run_in_child(_compute, argument, limits=workshop.limits, on_progress=on_progress, cancelled=cancelled),
     )
     return computation
@@ -186,31 +190,36 @@ def _stored(store: StepStore, ref: Ref, types: RecordTypes) -> Any:
     return loads(data, types)
 
 
-def _guarded(stage: str, plugin: str | None, run: Callable[[], Any]) -> Any:
-    """What `run` returns; a child that failed is a StepFailure of its stage."""
+def _guarded(stage: str, run: Callable[[], Any]) -> Any:
+    """What `run` returns; a child that failed is a StepFailure of its stage, and names the plug-in that it called."""
     try:
         return run()
     except ChildFailure as failure:
-        log.warning("step %s: %s", stage, failure)
+        where = "" if failure.plugin is None else f", in {failure.plugin}"
+        plugin = None if failure.plugin is None else failure.plugin.partition(" ")[0]
+        log.warning("step %s: %s%s", stage, failure, where)
         kind = PassingFailure if isinstance(failure, ChildLost) else StepBroke if isinstance(failure, ChildBroke) else StepFailure
-        raise kind(f"the step {stage!r} {failure}", stage=stage, plugin=plugin) from failure
+        raise kind(f"the step {stage!r} {failure}{where}", stage=stage, plugin=plugin) from failure
 
 
 # What follows runs in a child.
 
 
-def _versions(argument: dict[str, Any], progress: Progress) -> dict[str, PluginVersion]:
+def _versions(argument: dict[str, Any], progress: Progress, calls: PluginCalls) -> dict[str, PluginVersion]:
     del progress
-    return dict(build_toolbox(Plan(**argument["plan"]), _registry(argument["allow"])).versions)
+    plan, registry = Plan(**argument["plan"]), _registry(argument["allow"])
+    with _blamed(calls, "plan"):
+        return dict(build_toolbox(plan, registry, calls.make).versions)
 
 
-def _compute(argument: dict[str, Any], progress: Progress) -> Computation:
+def _compute(argument: dict[str, Any], progress: Progress, calls: PluginCalls) -> Computation:
     """Run the stage of a call and store its result."""
     start_ns = time.time_ns()
     call: StepCall = argument["call"]
     registry, store = _registry(argument["allow"]), open_steps(argument["storage"])
     plan = Plan(**call["plan"])
-    toolbox = build_toolbox(plan, registry)
+    with _blamed(calls, call["stage"]):
+        toolbox = build_toolbox(plan, registry, calls.make)
     if any(toolbox.versions.get(name) != version for name, version in call["versions"].items()):
         raise StepFailure("plug-ins were changed while the design ran: retry it", stage=call["stage"])
     stage = load_stages(argument["stages_at"])[call["stage"]]
@@ -219,16 +228,8 @@ def _compute(argument: dict[str, Any], progress: Progress) -> Computation:
     if stage.remembers:
         inputs["memory"] = Memory(_hash(_scope(stage, plan, call["versions"])), _Parts(store, types))
     seen = {field: getattr(plan, name) for name, field in _CONTEXT_FIELDS.items() if name in stage.plan_fields}
-    try:
+    with _blamed(calls, stage.name):
         value = stage.function(inputs, _declared(plan, stage), toolbox, RunContext(progress=progress, **seen))
-    except (GripwrightError, MemoryError):
-        raise
-    except Exception as error:
-        plugin = _raised_by(error, registry)
-        if plugin is None or (isinstance(error, OSError) and is_shortage(error)):
-            raise
-        log.exception("the plug-in %s failed in the stage %s", plugin, call["stage"])
-        raise PluginFailure(f"{plugin} raised {type(error).__name__}: {error}", stage=call["stage"], plugin=plugin) from error
     store.save(call["key"], dumps(value))
     return Computation(pid=os.getpid(), start_ns=start_ns, end_ns=time.time_ns())
 
@@ -270,10 +271,16 @@ def _with_values(node: Any, value_of: Callable[[Ref], Any]) -> Any:
     return node
 
 
-def _raised_by(error: BaseException, registry: Registry) -> str | None:
-    """The plug-in in whose method an exception was raised."""
-    names = {plugin.plugin: plugin.name for plugin in registry.plugins}
-    found = None
-    for frame, _ in traceback.walk_tb(error.__traceback__):
-        found = names.get(type(frame.f_locals.get("self")), found)
-    return found
+@contextmanager
+def _blamed(calls: PluginCalls, stage: str) -> Iterator[None]:
+    """What a plug-in raises is its failure; what says of itself what is wrong, and a shortage, are not."""
+    try:
+        yield
+    except (GripwrightError, MemoryError):
+        raise
+    except Exception as error:
+        if calls.running is None or (isinstance(error, OSError) and is_shortage(error)):
+            raise
+        plugin, _, origin = calls.running.partition(" ")
+        log.exception("the plug-in %s failed in the stage %s", calls.running, stage)
+        raise PluginFailure(f"{plugin} raised {type(error).__name__}: {error} {origin}", stage=stage, plugin=plugin) from error

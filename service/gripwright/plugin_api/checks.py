@@ -21,6 +21,7 @@ PROTOCOLS: Mapping[str, type] = MappingProxyType(
         "planner": contracts.GraspPlanner,
         "optimizer": contracts.GripperOptimizer,
         "finger": contracts.FingerDesigner,
+        "policy": contracts.HousePolicy,
     }
 )
 

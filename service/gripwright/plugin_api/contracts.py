@@ -1,4 +1,6 @@
-"""The public contract: eight Protocols. Lengths in mm, angles in rad, meshes and primitives in the component's frame C.
+"""The public contract: a Protocol for each kind of plug-in.
+
+Lengths in mm, angles in rad, meshes and primitives in the component's frame C.
 
 Common rules: `cls(params)` does no work; arguments are never changed; the same input and seed give the same result
 (randomness from `ctx.rng` alone); an expected "no" is a `Rejection`, an exception means a defect; long work calls
@@ -6,16 +8,17 @@ Common rules: `cls(params)` does no work; arguments are never changed; the same 
 picklable.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar, Protocol, runtime_checkable
 
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import Grasp, GripRequirement
-from gripwright.domain.gripper import ConvexSolid, FingerDesign, FingerSpec
+from gripwright.domain.gripper import Actuator, ConvexSolid, FingerDesign, FingerSpec
 from gripwright.domain.gripper_set import GripperSet, GripperSetProblem
 from gripwright.domain.groove import Groove
+from gripwright.domain.preference import Preference
 from gripwright.domain.shape import FloatArray, Primitive, Segment
 from gripwright.plugin_api.context import RunContext
 from gripwright.plugin_api.params import Params
@@ -118,6 +121,24 @@ class FingerDesigner(Plugin, Protocol):
 
     def design(self, spec: FingerSpec, ctx: RunContext) -> FingerDesign | Rejection:
         """One finger that serves all its components, in the finger frame, or why it cannot be made."""
+        ...
+
+
+class HousePolicy(Plugin, Protocol):
+    """What a house allows and what it likes, whatever the method says. `INDIFFERENT` is its answer to all else."""
+
+    def grip(
+        self, component: Component, segment: Segment, requirement: GripRequirement, marks: Mapping[str, float]
+    ) -> Rejection | Preference:
+        """Whether this segment may be gripped as a rule asks, and whether others are better.
+
+        `marks` is the share of the segment's area (0..1) that no finger may touch, by reason: of what is marked in the package
+        and of what was detected.
+        """
+        ...
+
+    def actuator(self, actuator: Actuator) -> Rejection | Preference:
+        """Whether this actuator may be bought; the factor of a preference is one on its cost."""
         ...
 
 

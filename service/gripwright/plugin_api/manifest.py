@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-API_VERSION = "1.1"
+API_VERSION = "1.2"
 """Version of the contract. A plug-in made for 1.x loads with every later 1.y."""
 
 ENTRY_POINT_GROUP = "gripwright.plugins"
 
-KINDS = ("segmenter", "fitter", "affordance", "rule", "hand", "planner", "optimizer", "finger")
+KINDS = ("segmenter", "fitter", "affordance", "rule", "hand", "planner", "optimizer", "finger", "policy")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,9 +22,9 @@ class PluginEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Manifest:
-    """What the entry point must resolve to."""
+    """What the entry point must resolve to. `version` is stored with results: raise it when they change."""
 
-    name: str
     version: str
     api_version: str
     plugins: tuple[PluginEntry, ...]
+    name: str = ""  # deprecated since 1.2

@@ -2,6 +2,7 @@
 
 import json
 from collections import defaultdict
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -14,9 +15,15 @@ from gripwright.plugin_api import GraspPlanner, Params
 from gripwright.registry.discovery import InstalledPlugin, Registry
 from gripwright.registry.plans import chosen, effective_plan, plan_faults
 
+Make = Callable[[InstalledPlugin, Params], Any]
 
-def build_toolbox(plan: Plan, registry: Registry) -> Toolbox:
-    """The plug-ins of the plan, built. InvalidPlan names every fault at its place in the options."""
+
+def _made(installed: InstalledPlugin, params: Params) -> Any:
+    return installed.plugin(params)
+
+
+def build_toolbox(plan: Plan, registry: Registry, make: Make = _made) -> Toolbox:
+    """The plug-ins of the plan, built by `make`. InvalidPlan names every fault at its place in the options."""
     plan = effective_plan(plan)
     faults = plan_faults(plan, ((plugin.kind, plugin.key) for plugin in registry.plugins), partial(_params_faults, registry))
     if faults:
@@ -27,7 +34,7 @@ def build_toolbox(plan: Plan, registry: Registry) -> Toolbox:
         installed = registry.find(kind, key)
         assert installed is not None  # plan_faults would have said so
         params = parse_params(installed, plan.params.get(key, {}))
-        built[kind][key] = installed.plugin(params)
+        built[kind][key] = make(installed, params)
         versions[installed.name] = PluginVersion(
             distribution=installed.distribution, version=installed.version, params=params.model_dump(mode="json")
         )
@@ -44,6 +51,7 @@ def build_toolbox(plan: Plan, registry: Registry) -> Toolbox:
         planners={gripper_type: tuple(found) for gripper_type, found in planners.items()},
         optimizer=built["optimizer"][plan.optimizer],
         fingers={gripper_type: finger for finger in built["finger"].values() for gripper_type in finger.gripper_types},
+        policies=tuple(built["policy"].values()),
         versions=versions,
         record_classes=(*record_classes(), *(cls for plugin in registry.plugins for cls in plugin.record_classes)),
     )

@@ -8,9 +8,12 @@ from math import inf
 from typing import Any, TypedDict
 
 from gripwright.design.plan import Plan, plan_of
-from gripwright.domain.errors import InvalidPlan
+from gripwright.domain.errors import Fault, InvalidPlan, PluginFailure
 from gripwright.registry.discovery import InstalledPlugin, Registry
 from gripwright.registry.plans import effective_plan, plan_faults
+
+LOADING = "loading "
+"""Begins the line of a distribution that is loaded next."""
 
 
 class PluginDescription(TypedDict):
@@ -22,6 +25,7 @@ class PluginDescription(TypedDict):
     distribution: str
     summary: str
     options: dict[str, Any]  # JSON Schema of its parameters
+    warnings: list[str]  # what it uses of the contract that is deprecated
 
 
 class FailureDescription(TypedDict):
@@ -39,7 +43,7 @@ class RegistryDescription(TypedDict):
     failures: list[FailureDescription]
 
 
-class RegistryUnreadable(Exception):
+class RegistryUnreadable(PluginFailure):
     """The child process that lists the plug-ins ended badly; a plug-in crashes at import, or strict loading failed."""
 
 
@@ -62,13 +66,20 @@ def describe_in_child(
     command = [sys.executable, "-m", "gripwright.registry.describe", request]
     try:
         run = subprocess.run(command, capture_output=True, text=True, timeout=timeout_s, check=False)
-    except subprocess.TimeoutExpired:
-        raise RegistryUnreadable(f"listing the plug-ins took more than {timeout_s:.0f} s") from None
+    except subprocess.TimeoutExpired as expired:
+        printed = expired.stdout.decode(errors="replace") if isinstance(expired.stdout, bytes) else expired.stdout or ""
+        raise RegistryUnreadable(f"listing the plug-ins took more than {timeout_s:.0f} s{_while_loading(printed)}") from None
     if run.returncode != 0:
         last = run.stderr.strip().splitlines()[-1:] or ["no message"]
-        raise RegistryUnreadable(f"listing the plug-ins ended with code {run.returncode}: {last[0]}")
+        raise RegistryUnreadable(f"listing the plug-ins ended with code {run.returncode}{_while_loading(run.stdout)}: {last[0]}")
     description: RegistryDescription = json.loads(run.stdout.splitlines()[-1])
     return description
+
+
+def _while_loading(printed: str) -> str:
+    """Which distribution was loaded last, in words."""
+    lines = [line.removeprefix(LOADING) for line in printed.splitlines() if line.startswith(LOADING)]
+    return f" while {lines[-1]} was loaded" if lines else ""
 
 
 def check_options(options: Mapping[str, Any], description: RegistryDescription) -> Plan:
@@ -77,8 +88,16 @@ def check_options(options: Mapping[str, Any], description: RegistryDescription) 
     schemas = {(plugin["kind"], plugin["key"]): plugin["options"] for plugin in description["plugins"]}
     faults = plan_faults(plan, schemas, lambda kind, key, params: _schema_faults(schemas[kind, key], params))
     if faults:
-        raise InvalidPlan("the plan cannot be run with what is installed", faults=tuple(faults))
+        placed = tuple(Fault(pointer=_as_given(fault.pointer, options), message=fault.message) for fault in faults)
+        raise InvalidPlan("the plan cannot be run with what is installed", faults=placed)
     return plan
+
+
+def _as_given(pointer: str, options: Mapping[str, Any]) -> str:
+    """The place of a parameter in the options: `sdf.rays`, or `rays` in `sdf` where they are given so."""
+    key, dot, name = pointer.removeprefix("/options/").partition(".")
+    is_nested = dot and f"{key}.{name}" not in options and isinstance(options.get(key), Mapping)
+    return f"/options/{key}/{name}" if is_nested else pointer
 
 
 def _describe(plugin: InstalledPlugin) -> PluginDescription:
@@ -90,6 +109,7 @@ def _describe(plugin: InstalledPlugin) -> PluginDescription:
         distribution=plugin.distribution,
         summary=documentation.splitlines()[0] if documentation else "",
         options=plugin.plugin.params_model.model_json_schema(),
+        warnings=list(plugin.warnings),
     )
 
 

@@ -3,11 +3,12 @@
 import dataclasses
 import importlib
 import importlib.metadata
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from gripwright.plugin_api.checks import contract_faults
+from gripwright.plugin_api.checks import PROTOCOLS, contract_faults
+from gripwright.plugin_api.deprecation import deprecations_of
 from gripwright.plugin_api.manifest import API_VERSION, ENTRY_POINT_GROUP, KINDS, Manifest, PluginEntry
 
 OWN_DISTRIBUTION = "gripwright"
@@ -23,6 +24,7 @@ class InstalledPlugin:
     version: str
     distribution: str
     record_classes: tuple[type, ...] = ()
+    warnings: tuple[str, ...] = ()  # what it uses of the contract that is deprecated
 
     @property
     def name(self) -> str:
@@ -63,14 +65,24 @@ class _Unusable(Exception):
     """Why one manifest cannot be used: what failed, and the reason."""
 
 
-def load_registry(*, allow: Collection[str] | None = None, kinds: Collection[str] = KINDS, strict: bool = False) -> Registry:
-    """Import the announced plug-ins of these kinds; all or nothing of each manifest. `allow` names distributions (None: all)."""
+def load_registry(
+    *,
+    allow: Collection[str] | None = None,
+    kinds: Collection[str] = KINDS,
+    strict: bool = False,
+    on_load: Callable[[str], None] = lambda distribution: None,
+) -> Registry:
+    """Import the announced plug-ins of these kinds; all or nothing of each manifest. `allow` names distributions (None: all).
+
+    `on_load` is told each distribution before anything of it is imported.
+    """
     plugins: dict[str, InstalledPlugin] = {}
     failures: list[LoadFailure] = []
     for entry_point in _entry_points():
         distribution = _distribution(entry_point)
         if allow is not None and distribution not in allow:
             continue
+        on_load(distribution)
         try:
             plugins.update(_load(entry_point, distribution, kinds, plugins))
         except _Unusable as unusable:
@@ -98,7 +110,11 @@ def _load(
     if not isinstance(manifest, Manifest):
         raise _Unusable(entry_point.name, f"{entry_point.value} is a {type(manifest).__name__}, not a Manifest")
     if not _speaks(manifest.api_version):
-        raise _Unusable(entry_point.name, f"made for plug-in API {manifest.api_version}, this is {API_VERSION}")
+        raise _Unusable(
+            entry_point.name,
+            f"made for plug-in API {manifest.api_version}, this is {API_VERSION}: "
+            f"versions from {API_VERSION.partition('.')[0]}.0 to {API_VERSION} load",
+        )
     loaded: dict[str, InstalledPlugin] = {}
     for entry in manifest.plugins:
         if entry.kind not in KINDS:
@@ -130,6 +146,7 @@ def _load_plugin(entry: PluginEntry, manifest: Manifest, distribution: str) -> I
         version=manifest.version,
         distribution=distribution,
         record_classes=primitives,
+        warnings=deprecations_of(manifest, plugin, PROTOCOLS[entry.kind]),
     )
 
 

@@ -17,9 +17,23 @@ CHOICES: Mapping[str, str] = MappingProxyType(
         "planners": "planner",
         "optimizer": "optimizer",
         "finger": "finger",
+        "policies": "policy",
     }
 )
 """Field of the plan → kind of plug-in that it chooses."""
+
+
+def plan_schema() -> dict[str, Any]:
+    """JSON Schema of the options of a plan; `x-plugins` names the kind of plug-ins that an option chooses.
+
+    Parameters of plug-ins are options too, as `key.name`: their schemas are those of the plug-ins.
+    """
+    schema = Plan.model_json_schema()
+    del schema["properties"]["params"]
+    for field, kind in CHOICES.items():
+        schema["properties"][field]["x-plugins"] = kind
+    return schema
+
 
 PAPER: Mapping[str, Any] = MappingProxyType(
     {
@@ -31,6 +45,7 @@ PAPER: Mapping[str, Any] = MappingProxyType(
         "planners": ("axial", "facet_pairs"),
         "optimizer": "set_cover",
         "finger": "straight",
+        "policies": (),
     }
 )
 """The paper's own method: what `plan=paper` uses whatever the defaults are and whatever is installed."""

@@ -34,6 +34,9 @@ figcaption{padding:.4rem .7rem;font-size:.85rem;color:var(--soft);border-top:1px
 @media(max-width:50rem){.split{grid-template-columns:1fr}}
 """
 
+_QUALITY = frozenset({"rms", "volume_ratio"})
+"""Numbers of a primitive that say how well it fits, not what it is."""
+
 
 def report_page(result: DesignResult, views: Views) -> str:
     """The page as HTML text, pictures included."""
@@ -91,6 +94,7 @@ def _grippers(result: DesignResult, views: Views) -> str:
             f"{entry['opening_max']:.4g} mm · fingers {entry['finger_length']:g} mm{tapered}<br>{escape(actuator['maker'])} "
             f"{escape(actuator['model'])}, stroke {actuator['stroke']:g} mm, jaw offset {actuator['jaw_offset']:.4g} mm"
         )
+        text += "".join(f"<br>{escape(remark)}" for remark in entry["remarks"])
         if isinstance(cad, Rejection):
             cards.append(f'<p>{text}<br><span class="no">{escape(cad.detail)}</span></p>')
         elif cad is None:
@@ -167,8 +171,9 @@ def _handles(result: DesignResult, views: Views) -> str:
 
 def _components(result: DesignResult, views: Views) -> str:
     parts = ["<h2>Components and their segments</h2>"]
-    entries = zip(result.task.components, result.analyses, result.document["components"], views.components, strict=True)
-    for component, analysis, entry, view in entries:
+    pictures = zip(views.components, views.primitives, strict=True)
+    entries = zip(result.task.components, result.analyses, result.document["components"], pictures, strict=True)
+    for component, analysis, entry, (view, primitives) in entries:
         rows = [_segment_row(segment) for segment in entry["segments"]]
         head = ["segment", "primitive", "gripper", "opening, mm", "L⁻, mm", "grasps free / planned", "rejected because"]
         caption = f"{len(rows)} segments by {escape(analysis.segmenter)}"
@@ -177,20 +182,20 @@ def _components(result: DesignResult, views: Views) -> str:
         parts.append(
             f'<h3>{escape(component.id)} · <span class="{_tone(entry["status"] == "covered")}">{escape(entry["status"])}'
             f'</span></h3>{detail}<div class="split">'
-            f"{_figure(view, caption, f'{component.id}, coloured by segment')}{_table(head, rows)}</div>"
+            f"<div>{_figure(view, caption, f'{component.id}, coloured by segment')}{_primitives(component.id, primitives)}</div>"
+            f"{_table(head, rows)}</div>"
         )
     return "".join(parts)
+
+
+def _primitives(component_id: str, picture: bytes | None) -> str:
+    return "" if picture is None else _figure(picture, "the primitives fitted to them", f"primitives of {component_id}")
 
 
 def _segment_row(segment: Mapping[str, Any]) -> list[str]:
     red, green, blue = (int(255 * value) for value in segment_colours(np.array([segment["id"]]))[0])
     primitive = segment["primitive"]
-    shape = "–"
-    if primitive is not None:
-        size = f"⌀{2 * primitive['radius']:.2f} × {primitive['height']:.2f}" if primitive["kind"] == "cylinder" else ""
-        if primitive["kind"] == "box":
-            size = " × ".join(f"{extent:.2f}" for extent in primitive["extents"])
-        shape = escape(f"{primitive['kind']} {size}")
+    shape = "–" if primitive is None else escape(f"{primitive['kind']} {_size(primitive)}")
     return [
         f'<span class="swatch" style="background:rgb({red},{green},{blue})"></span>{segment["id"]}',
         shape,
@@ -200,6 +205,17 @@ def _segment_row(segment: Mapping[str, Any]) -> list[str]:
         f"{segment['grasps_free']} / {segment['grasps_planned']}",
         "" if segment["graspable"] else f"<strong>{_text(segment['rejection'])}</strong> {_text(segment['detail'])}",
     ]
+
+
+def _size(primitive: Mapping[str, Any]) -> str:
+    """The size of a primitive: of a kind that is not known here, its plain numbers by name."""
+    match primitive["kind"]:
+        case "cylinder":
+            return f"⌀{2 * primitive['radius']:.2f} × {primitive['height']:.2f}"
+        case "box":
+            return " × ".join(f"{extent:.2f}" for extent in primitive["extents"])
+    numbers = {name: value for name, value in primitive.items() if isinstance(value, int | float) and name not in _QUALITY}
+    return ", ".join(f"{name.replace('_', ' ')} {value:.4g}" for name, value in numbers.items() if not isinstance(value, bool))
 
 
 def _warnings(document: Mapping[str, Any]) -> str:

@@ -16,7 +16,8 @@ from gripwright.design.stages.fingers import GripperCad
 from gripwright.design.tapered_hand import tapered
 from gripwright.domain.assembly import Operation
 from gripwright.domain.gripper import Gripper, Handle, without_handles
-from gripwright.domain.shape import FloatArray, IntArray, Mesh
+from gripwright.domain.shape import Analysis, FloatArray, IntArray, Mesh
+from gripwright.geometry.drawn import primitive_mesh
 from gripwright.geometry.rays import thread_pool
 from gripwright.geometry.solids import hull_mesh
 from gripwright.plugin_api import HandModel
@@ -35,6 +36,7 @@ class Views:
     """The pictures (PNG) of a design."""
 
     components: tuple[bytes, ...]
+    primitives: tuple[bytes | None, ...]  # of each component; None where no segment has any that can be shown
     grippers: Mapping[str, bytes]  # by gripper, of those with CAD
     handles: Mapping[str, bytes]  # by operation, of the same
     misses: Mapping[str, bytes]  # by operation, of those without any free grasp
@@ -62,6 +64,9 @@ def design_views(result: DesignResult, hands: Mapping[str, HandModel], memory: M
         )
         for analysis in result.analyses
     }
+    for analysis in result.analyses:
+        if solids := drawn_primitives(analysis):
+            drawings["primitives", id(analysis)] = _Drawing(name="primitives", made_from=(solids,), draw=primitives_view)
     for gripper, handles, cad in made:
         draw = partial(gripper_view, hand=hands[gripper.gripper_type], memory=memory)
         drawings["gripper", gripper.id] = _Drawing(name="gripper", made_from=(gripper, cad), draw=draw)
@@ -81,6 +86,7 @@ def design_views(result: DesignResult, hands: Mapping[str, HandModel], memory: M
         pictures = dict(zip(drawings, pool.map(drawn, drawings.values()), strict=True))
     return Views(
         components=tuple(pictures["component", id(analysis)] for analysis in result.analyses),
+        primitives=tuple(pictures.get(("primitives", id(analysis))) for analysis in result.analyses),
         grippers={str(name): png for (kind, name), png in pictures.items() if kind == "gripper"},
         handles={str(name): png for (kind, name), png in pictures.items() if kind == "handle"},
         misses={str(name): png for (kind, name), png in pictures.items() if kind == "miss"},
@@ -90,6 +96,20 @@ def design_views(result: DesignResult, hands: Mapping[str, HandModel], memory: M
 def component_view(mesh: Mesh, labels: IntArray) -> bytes:
     """The component, each segment in its colour."""
     return picture([shown(mesh, np.eye(4), segment_colours(labels))], direction=_VIEW)
+
+
+def drawn_primitives(analysis: Analysis) -> dict[int, Mesh]:
+    """The kept primitives that say what they look like, by segment."""
+    kept = {item.segment.id: primitive_mesh(item.primitive) for item in analysis.segments if item.primitive is not None}
+    return {segment: mesh for segment, mesh in kept.items() if mesh is not None}
+
+
+def primitives_view(solids: Mapping[int, Mesh]) -> bytes:
+    """The primitives of a component, each in the colour of its segment."""
+    colours = segment_colours(np.array(list(solids)))
+    return picture(
+        [shown(mesh, np.eye(4), colour) for mesh, colour in zip(solids.values(), colours, strict=True)], direction=_VIEW
+    )
 
 
 def gripper_view(gripper: Gripper, cad: GripperCad, hand: HandModel, memory: Memory) -> bytes:

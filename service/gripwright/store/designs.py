@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from sqlalchemy import func, select, tuple_
-from sqlalchemy.orm import Session, contains_eager
+from sqlalchemy.orm import Session, contains_eager, joinedload
 
 from gripwright.domain.errors import Conflict, NotFound
 from gripwright.store.events import queue_webhooks, record_event
@@ -111,7 +111,7 @@ class JobRepository:
 
     def find(self, job_id: str) -> JobRow | None:
         """The job, if it is there still."""
-        return self._session.get(JobRow, job_id)
+        return self._session.get(JobRow, job_id, options=[joinedload(JobRow.design)])
 
     def page(
         self,

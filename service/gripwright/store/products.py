@@ -2,8 +2,8 @@
 
 from datetime import datetime
 
-from sqlalchemy import select, tuple_
-from sqlalchemy.orm import Session, selectinload
+from sqlalchemy import func, select, tuple_
+from sqlalchemy.orm import Session, selectinload, with_expression
 
 from gripwright.domain.errors import NotFound
 from gripwright.store.models import ComponentRow, DesignRow, ExternalIdRow, JobRow, ProductRow
@@ -53,7 +53,13 @@ class ProductRepository:
     ) -> list[ProductRow]:
         """Up to `limit` products strictly after the cursor, in order of creation, or with `updated_since` of change."""
         moment = ProductRow.created_at if updated_since is None else ProductRow.updated_at
-        query = select(ProductRow).options(selectinload(ProductRow.components)).order_by(moment, ProductRow.id).limit(limit)
+        components = select(func.count()).where(ComponentRow.product_id == ProductRow.id).correlate(ProductRow).scalar_subquery()
+        seen = (
+            selectinload(ProductRow.external_ids),
+            with_expression(ProductRow.component_count, components),
+            with_expression(ProductRow.operation_count, func.json_array_length(ProductRow.manifest["operations"])),
+        )
+        query = select(ProductRow).options(*seen).order_by(moment, ProductRow.id).limit(limit)
         if part_number is not None:
             query = query.where(ProductRow.part_number == part_number)
         if revision is not None:

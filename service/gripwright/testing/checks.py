@@ -7,7 +7,7 @@ from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 from gripwright.plugin_api.checks import PROTOCOLS
-from gripwright.testing import affordance, fingers, fitters, general, hands, optimizers, planners, rules, segmenters
+from gripwright.testing import affordance, fingers, fitters, general, hands, optimizers, planners, policies, rules, segmenters
 from gripwright.testing.trial import Check, Finding, Trial
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ _KINDS: Mapping[str, ModuleType] = MappingProxyType(
         "planner": planners,
         "optimizer": optimizers,
         "finger": fingers,
+        "policy": policies,
     }
 )
 """Kind → the module with its `cases` and `CHECKS`."""

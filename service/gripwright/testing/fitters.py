@@ -8,12 +8,15 @@ from typing import Any
 import numpy as np
 
 from gripwright.domain.errors import Rejection
-from gripwright.domain.shape import Primitive
+from gripwright.domain.shape import DrawnPrimitive, Mesh, Primitive
+from gripwright.geometry.adjacency import face_adjacency
+from gripwright.geometry.measures import volume_mm3 as drawn_mm3
 from gripwright.testing.samples import fake_context, sample_components
 from gripwright.testing.trial import Case, Check, Trial, is_length
 
 _SCALE = 10.0
 _NEAR = 100.0
+_PICTURE = 0.02  # tessellation of what is drawn
 
 
 def cases(plugin: Any) -> list[Case]:
@@ -101,9 +104,31 @@ def scale(trial: Trial) -> Iterable[str]:
                 yield f"{name}: at 10 times the size the volume is {ratio:.4g} times as large, 1000 times was expected"
 
 
+def picture(trial: Trial) -> Iterable[str]:
+    """What a primitive draws of itself is a closed solid of its volume."""
+    for case, answer in trial.answers():
+        if not isinstance(answer, DrawnPrimitive):
+            continue
+        mesh = answer.drawn()
+        if not isinstance(mesh, Mesh):
+            yield f"{case.name}: drawn returns {type(mesh).__name__}, not a Mesh"
+            continue
+        adjacency = face_adjacency(mesh)
+        if adjacency.open_edges or adjacency.non_manifold_edges:
+            edges = f"{adjacency.open_edges} open and {adjacency.non_manifold_edges} non-manifold edges"
+            yield f"{case.name}: drawn is not closed, it has {edges}"
+        volume = drawn_mm3(mesh)
+        if not np.isclose(volume, answer.volume_mm3, rtol=_PICTURE):
+            yield (
+                f"{case.name}: drawn holds {volume:.4g} mm³, volume_mm3 is {answer.volume_mm3:.4g}; "
+                f"at most {100 * _PICTURE:.0f} % apart"
+            )
+
+
 CHECKS = (
     Check("primitive", "a primitive keeps its Protocol, a no has a code and a sentence", primitive),
     Check("json", "to_dict holds JSON values", as_json),
     Check("unit", "lengths are mm", unit),
+    Check("picture", "what a primitive draws of itself is closed and has its volume", picture),
     Check("scale", "ten times the size gives ten times the lengths", scale),
 )

@@ -1,6 +1,7 @@
 """The checks that hold for plug-ins of every kind."""
 
 import ast
+import gc
 import inspect
 import json
 import pickle
@@ -14,9 +15,10 @@ from gripwright.domain.errors import Cancelled
 from gripwright.plugin_api.checks import contract_faults
 from gripwright.testing.leaves import first_difference, leaves
 from gripwright.testing.samples import fake_context
-from gripwright.testing.trial import Check, Trial
+from gripwright.testing.trial import Case, Check, Trial
 
 _CONSTRUCTION_S = 0.02
+_CALLS, _KEPT_MB = 4, 1.0
 _PUBLIC = frozenset({"domain", "geometry", "plugin_api", "testing"})
 
 
@@ -109,6 +111,35 @@ def answers_pickle(trial: Trial) -> Iterable[str]:
             yield f"{run.case.name}: the answer is another after pickling, at {place}"
 
 
+def memory(trial: Trial) -> Iterable[str]:
+    """What a call takes it gives back: of each method the first case is asked again and again."""
+    for case in {case.method: case for case in reversed(trial.cases)}.values():
+        kept = min(_kept_mb(trial, case, collect=False))
+        if kept > _KEPT_MB:
+            kept = min(_kept_mb(trial, case, collect=True))  # what goes in circles is given back late
+        if kept > _KEPT_MB:
+            yield f"{case.name}: each of {_CALLS} calls of {case.method} keeps {kept:.1f} MB or more, at most {_KEPT_MB:g} MB"
+
+
+def _kept_mb(trial: Trial, case: Case, *, collect: bool) -> list[float]:
+    """By how much the memory of this process grows with each of some calls; caches and threads are filled and started once."""
+    kept = []
+    for _ in range(_CALLS):
+        before = _taken_mb()
+        case.ask(trial.instance(), fake_context(seed=7))
+        if collect:
+            gc.collect()
+        kept.append(_taken_mb() - before)
+    return kept
+
+
+def _taken_mb() -> float:
+    """Private memory of this process, touched or not."""
+    with open("/proc/self/status", encoding="ascii") as status:
+        (kilobytes,) = (line.split()[1] for line in status if line.startswith("VmData:"))
+    return int(kilobytes) / 1024.0
+
+
 def cancellation(trial: Trial) -> Iterable[str]:
     """A stop that arrives through `ctx.progress` comes out of the method."""
     asked = []
@@ -140,5 +171,6 @@ CHECKS = (
     Check("arguments unchanged", "no argument is changed", arguments_unchanged),
     Check("deterministic", "the same input and seed give the same answer", deterministic),
     Check("answers pickle", "answers can be pickled", answers_pickle),
+    Check("memory", "what a call takes it gives back", memory),
     Check("cancellation", "a cancellation is let through", cancellation),
 )

@@ -52,6 +52,17 @@ def segment_forbidden(mesh: Mesh, segment: Segment, regions: Sequence[Forbidden]
     )
 
 
+def marked_shares(mesh: Mesh, segment: Segment, regions: Sequence[Forbidden]) -> dict[str, float]:
+    """The share of the segment's area that may not be touched, by reason."""
+    areas = face_areas_mm2(mesh)[segment.faces]  # (k,)
+    marked: dict[str, BoolArray] = {}
+    for region in regions:
+        inside = region.faces[segment.faces] & _inside(mesh, segment, region)
+        marked[region.reason] = marked.get(region.reason, np.zeros(len(inside), dtype=bool)) | inside
+    total = max(float(areas.sum()), 1e-300)
+    return {reason: float(areas[faces].sum()) / total for reason, faces in marked.items() if faces.any()}
+
+
 def _allowed(component: Component, segments: Sequence[Segment]) -> BoolArray:
     """Faces that `may_grasp` names: of its segments, or with their centre in its box (closed), (m,)."""
     centres = face_centres_mm(component.mesh)

@@ -173,7 +173,7 @@ class SegmentSearch:
 
     def _found(self, requirement: GripRequirement, free: Sequence[FreeGrasp]) -> None:
         self._answered = requirement if free and not self.free else self._answered
-        self.free += free
+        self.free += [replace(grasp, preferences=requirement.preferences) for grasp in free] if requirement.preferences else free
 
     def _nearest(self) -> NearestMiss | None:
         """Of the grasps that failed the one that came closest; of bores that no hand enters the widest."""

@@ -8,18 +8,22 @@ from gripwright.domain.errors import Rejection
 from gripwright.domain.shape import Primitive, Segment, SegmentAnalysis
 from gripwright.plugin_api import PrimitiveFitter, RunContext
 
+ALIKE = 1e-6
+"""Share of the hull's volume by which volumes that count as the same may differ."""
+
 
 def fit(component: Component, segment: Segment, fitters: Mapping[str, PrimitiveFitter], ctx: RunContext) -> SegmentAnalysis:
     """The primitive whose volume is closest to that of the segment's convex hull, of those with a filled surface.
 
-    The other filled ones stay as alternatives, the next best first. `ctx.timings` gains "fit.<fitter>".
+    Of those alike within `ALIKE` the one of the fitter named first. The other filled ones stay as alternatives, the next best
+    first. `ctx.timings` gains "fit.<fitter>".
     """
     outcomes: dict[str, Primitive | Rejection] = {}
     for key, fitter in fitters.items():
         with ctx.timed(f"fit.{key}"):
             outcomes[key] = fitter.fit(component, segment, ctx)
     filled = {k: p for k, p in outcomes.items() if not isinstance(p, Rejection) and p.surface_filled}
-    ranked = sorted(filled, key=lambda key: abs(filled[key].volume_mm3 - segment.hull_volume_mm3))
+    ranked = sorted(filled, key=lambda key: _off(filled[key], segment))
     kept = ranked[0] if ranked else None
     return SegmentAnalysis(
         segment=segment,
@@ -28,6 +32,12 @@ def fit(component: Component, segment: Segment, fitters: Mapping[str, PrimitiveF
         reason=_reason(outcomes, segment, kept),
         alternatives=tuple(filled[key] for key in ranked[1:]),
     )
+
+
+def _off(primitive: Primitive, segment: Segment) -> float:
+    """How far the volumes are apart, in steps of `ALIKE` of the hull's: a prism is an extrusion, too, but for rounding."""
+    off = abs(primitive.volume_mm3 - segment.hull_volume_mm3)
+    return round(off / (ALIKE * segment.hull_volume_mm3)) if segment.hull_volume_mm3 > 0 else off
 
 
 def _record(key: str, outcome: Primitive | Rejection, segment: Segment, kept: bool) -> dict[str, Any]:

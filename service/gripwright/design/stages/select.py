@@ -27,6 +27,7 @@ from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import FreeGrasp, GraspConstraint, OperationVerdict
 from gripwright.domain.gripper import Actuator, Gripper, GripperParameters
 from gripwright.domain.gripper_set import ComponentAlternatives, GripperSet, GripperSetProblem
+from gripwright.domain.preference import Preference
 from gripwright.plugin_api import HandModel, RunContext
 
 
@@ -41,6 +42,8 @@ class SelectOptions:
     weigh_sequence: bool = True  # least cost and fewest tool changes before the shortest fingers
     owned: tuple[Gripper, ...] = ()
     too_heavy: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # actuator → `finger_length` (mm), `detail`
+    preferences: Mapping[str, Sequence[Preference]] = field(default_factory=dict)  # of the house, by actuator
+    refused: Sequence[tuple[Actuator, Rejection]] = ()  # by the house
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,6 +56,7 @@ class Selection:
     not_chosen: dict[str, dict[str, Rejection]]  # new gripper → actuator that it does not have → why not
     owned: dict[str, str] = field(default_factory=dict)  # gripper of the set → gripper of `SelectOptions.owned`
     owned_that_hold: dict[str, tuple[str, ...]] = field(default_factory=dict)  # operation → all owned that could hold it
+    remarks: dict[str, tuple[str, ...]] = field(default_factory=dict)  # gripper → what the house's policies prefer of it
 
 
 def options_of(plan: Plan) -> SelectOptions:
@@ -101,13 +105,14 @@ def select(
             "cost": total_cost([g.actuator for g in grippers if g.id not in owned], offers),
         },
         not_covered={
-            verdict.operation: _shortfall(verdict, demands[verdict.operation])
+            verdict.operation: _shortfall(verdict, demands[verdict.operation], actuators, options.refused)
             for verdict in verdicts
             if verdict.operation in solution.uncoverable
         },
         not_chosen={gripper.id: not_chosen(gripper, offers) for gripper in grippers if gripper.id not in owned},
         owned=owned,
         owned_that_hold={operation: _owned_that_hold(demand, offer, options) for operation, demand in demands.items()},
+        remarks={gripper.id: _remarks(gripper, options) for gripper in grippers},
     )
 
 
@@ -134,7 +139,7 @@ def _offer(
     grasps: Sequence[HeldGrasp], actuators: Sequence[Actuator], options: SelectOptions, hands: Mapping[str, HandModel]
 ) -> _Offer:
     policy = HoldPolicy(safety_factor=options.safety_factor, enforced=options.enforce_hold)
-    costs = costs_of(actuators, policy)
+    costs = costs_of(actuators, policy, options.preferences)
     classes: dict[str, ActuatorClass] = {}
     worse: dict[ActuatorGrip, Rejection] = {}
     for gripper_type, grip, taper_rad in sorted({_fingers(held.free) for held in grasps}):
@@ -181,6 +186,7 @@ def _offers(actuators: Sequence[Actuator], offer: _Offer, demands: Mapping[str, 
         constraints={operation: demand.constraints for operation, demand in demands.items()},
         shortfalls={operation: demand.shortfalls for operation, demand in demands.items()},
         costs=offer.costs,
+        preferences=options.preferences,
         enforce_hold=options.enforce_hold,
         release_clearance_mm=options.release_clearance_mm,
     )
@@ -295,6 +301,28 @@ def _optimum(solution: GripperSet, assigned: Sequence[int]) -> dict[str, Any]:
     }
 
 
-def _shortfall(verdict: OperationVerdict, demand: _Demand) -> str:
+def _remarks(gripper: Gripper, options: SelectOptions) -> tuple[str, ...]:
+    """What the house prefers of a gripper's actuator and of its grasps."""
+    bought = [f"{gripper.actuator.name}: {preference}" for preference in options.preferences.get(gripper.actuator.name, ())]
+    held = [
+        f"{handle.operation}, segment {handle.segment} of {handle.component}: {preference}"
+        for handle in gripper.handles
+        for preference in handle.preferences
+    ]
+    return (*bought, *held)
+
+
+def _shortfall(
+    verdict: OperationVerdict,
+    demand: _Demand,
+    actuators: Sequence[Actuator],
+    refused: Sequence[tuple[Actuator, Rejection]],
+) -> str:
     gripper_types = {held.free.grasp.gripper_type for held in free_grasps(verdict)}
-    return without_actuator(verdict, gripper_types, demand.shortfalls.values()) if gripper_types else without_grasp(verdict)
+    asked = {item.requirement.gripper_type for found in verdict.components.values() for item in found if item.requirement}
+    wanted = gripper_types or asked - {actuator.gripper_type for actuator in actuators}
+    house = [f"{actuator.name}, {why.detail}" for actuator, why in refused if actuator.gripper_type in wanted]
+    told = f"; the house refuses {len(house)} of the type: {house[0]}" if house else ""
+    if not gripper_types:
+        return without_grasp(verdict) + told
+    return without_actuator(verdict, gripper_types, demand.shortfalls.values()) + told

@@ -15,6 +15,7 @@ _POLICY = (
 _ASSETS = {
     "access.js": "text/javascript; charset=utf-8",
     "app.js": "text/javascript; charset=utf-8",
+    "options.js": "text/javascript; charset=utf-8",
     "style.css": "text/css; charset=utf-8",
     "icon.svg": "image/svg+xml",
 }

@@ -7,17 +7,19 @@ from gripwright.http.deps import Plugins
 from gripwright.http.reading import NOT_MODIFIED, Whole
 from gripwright.http.schemas.plugins import PluginFailure, PluginList, PluginView
 from gripwright.http.schemas.problem import problems
+from gripwright.registry.plans import plan_schema
 
 router = APIRouter(prefix="/plugins", tags=["plug-ins"])
 
 
 @router.get("", operation_id="list_plugins", response_model=PluginList, responses={**NOT_MODIFIED, **problems(503)})
 def list_plugins(plugins: Plugins, whole: Whole) -> Response:
-    """Every plug-in with the JSON Schema of its options, and those that did not load, with the reason."""
+    """Every plug-in with the JSON Schema of its options, and those that did not load, with the reason; the schema of a plan."""
     return whole.answer(
         PluginList(
             items=[PluginView.of(plugin) for plugin in plugins["plugins"]],
             failures=[PluginFailure(**failure) for failure in plugins["failures"]],
+            plan=plan_schema(),
         )
     )
 

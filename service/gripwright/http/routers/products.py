@@ -83,7 +83,12 @@ def list_products(
     revision: Annotated[str | None, Query(max_length=500)] = None,
     external_id: Annotated[
         str | None,
-        Query(max_length=300, pattern="^[^:]+:.", description="SYSTEM:ID, what another system calls it", examples=["plm:4711"]),
+        Query(
+            max_length=300,
+            pattern=r"^[^:\x00]+:[^\x00]+$",
+            description="SYSTEM:ID, what another system calls it",
+            examples=["plm:4711"],
+        ),
     ] = None,
 ) -> Response:
     """Products in the order of their upload, or with `updated_since` of their changes."""

@@ -16,6 +16,7 @@ class PluginView(BaseModel):
     distribution: str
     summary: str
     options: dict[str, Any] = Field(description="JSON Schema of its parameters")
+    warnings: list[str] = Field(description="what it uses of the plug-in contract that is deprecated")
 
     @classmethod
     def of(cls, plugin: PluginDescription) -> "PluginView":
@@ -27,6 +28,7 @@ class PluginView(BaseModel):
             distribution=plugin["distribution"],
             summary=plugin["summary"],
             options=plugin["options"],
+            warnings=plugin["warnings"],
         )
 
 
@@ -43,3 +45,7 @@ class PluginList(BaseModel):
 
     items: list[PluginView]
     failures: list[PluginFailure]
+    plan: dict[str, Any] = Field(
+        description="JSON Schema of the options of a design; `x-plugins` is the kind of plug-ins that an option chooses. "
+        "Parameters of a plug-in are options too, as `name.parameter`"
+    )

@@ -10,7 +10,7 @@ from sqlalchemy import (
     Text,
     UniqueConstraint,
 )
-from sqlalchemy.orm import Mapped, mapped_column, relationship
+from sqlalchemy.orm import Mapped, mapped_column, query_expression, relationship
 
 from gripwright.store.models.base import ID, SHA256, Base
 
@@ -31,8 +31,9 @@ class ProductRow(Base):
     name: Mapped[str] = mapped_column(Text)
     content_sha256: Mapped[str] = mapped_column(SHA256)  # of the task as uploaded: the identity of the content
     task_sha256: Mapped[str] = mapped_column(SHA256)  # artifact: the task as it is now, a record
-    manifest: Mapped[dict[str, Any]]  # product.json as it is now
-    warnings: Mapped[list[Any]]
+    # Read where they are used: jobs and designs only want to name their product.
+    manifest: Mapped[dict[str, Any]] = mapped_column(deferred=True, deferred_group="content")  # product.json as it is now
+    warnings: Mapped[list[Any]] = mapped_column(deferred=True, deferred_group="content")
     version: Mapped[int]  # counts changes; the ETag
     created_at: Mapped[datetime]
     updated_at: Mapped[datetime]
@@ -41,6 +42,9 @@ class ProductRow(Base):
         order_by="ComponentRow.position", cascade="all, delete-orphan", passive_deletes=True
     )
     external_ids: Mapped[list["ExternalIdRow"]] = relationship(cascade="all, delete-orphan", passive_deletes=True)
+    # Where a query asks for them: lists do, and read no manifests.
+    component_count: Mapped[int] = query_expression()
+    operation_count: Mapped[int] = query_expression()
 
 
 class ExternalIdRow(Base):

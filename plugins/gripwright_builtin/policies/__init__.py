@@ -1,0 +1,1 @@
+"""Policies of the house: what it forbids and what it prefers."""
