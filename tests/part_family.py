@@ -29,7 +29,7 @@ def _single() -> dict[str, Manifold]:
     found |= {f"pyramid of {sides}": pyramid(sides, 24.0, 0.0, 28.0) for sides in range(3, 9)}
     found |= {f"frustum of a pyramid of {sides}": pyramid(sides, 26.0, 16.0, 18.0) for sides in range(3, 9)}
     found |= {f"prism of {sides}": pyramid(sides, 22.0, 22.0, 20.0) for sides in range(3, 9)}
-    found |= {f"ball of {2 * radius}": zone(radius, -radius, radius, 96) for radius in (8.0, 15.0, 28.0, 40.0)}
+    found |= {f"ball of {2 * radius:g}": zone(radius, -radius, radius, 96) for radius in (8.0, 15.0, 28.0, 40.0)}
     found |= {f"dome of {radius:g}": zone(radius, 0.0, radius, 96) for radius in (15.0, 40.0)}
     found["barrel zone"] = zone(30.0, -18.0, 18.0, 96)
     found |= {f"ring {major:g}, {minor:g}": torus(major, minor, 360.0, 96) for major, minor in ((20, 4), (30, 8), (12, 5))}

@@ -78,6 +78,16 @@ class Planner(Basic):
         return []
 
 
+class Holding(Basic):
+    key = "fake"
+    gripper_types = frozenset({"vacuum-1"})
+
+    def seat(self, grasp, surface, hand, ctx): ...
+    def contacts(self, grasp, surface, hand, finger_length_mm, ctx): ...
+    def hold(self, grasp, contacts, load, component, ctx): ...
+    def grip_force_N(self, actuator, opening_width_mm): ...
+
+
 class Optimizer(Basic):
     key = "fake"
 
@@ -105,7 +115,7 @@ class Policy(Basic):
 
 CLASSES = {
     "segmenter": Segmenter, "fitter": Fitter, "affordance": Affordance, "rule": Rule,
-    "hand": Hand, "planner": Planner, "optimizer": Optimizer, "finger": Finger,
+    "hand": Hand, "planner": Planner, "holding": Holding, "optimizer": Optimizer, "finger": Finger,
     "policy": Policy,
 }
 manifest = Manifest(
@@ -122,6 +132,7 @@ FAKE_OPTIONS = {
     "rules": ["fake"],
     "hands": ["fake"],
     "planners": ["fake"],
+    "holding": ["fake"],
     "optimizer": "fake",
     "finger": "fake",
     "policies": ["fake"],

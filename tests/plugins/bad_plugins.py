@@ -20,6 +20,15 @@ from gripwright_builtin.optimizers.set_cover import SetCoverOptimizer
 from gripwright_builtin.planners.axial import AxialPlanner
 from gripwright_builtin.policies.makers import PreferMakers
 from gripwright_builtin.rules.cylinder import ThreeFingerCylinder
+from gripwright_vacuum.vacuum.hand import VacuumHand
+from gripwright_vacuum.vacuum.holding import VacuumHolding
+
+
+def moved_along(grasp, by_mm):
+    X_CG = grasp.X_CG.copy()
+    X_CG[:3, 3] += by_mm * X_CG[:3, 2]
+    return replace(grasp, X_CG=X_CG)
+
 
 EXPECTED: dict[type, str] = {}
 """Plug-in → part of the message that must name its fault."""
@@ -287,6 +296,31 @@ class StandsForOthers(AxialPlanner):
     def plan(self, component, segment, requirement, hand, ctx):
         found = super().plan(component, segment, requirement, hand, ctx)
         return [replace(one, leeway=np.array([[0.0, 0.0], [0.1, 0.2], [0.0, 0.0], [0.0, 0.0]])) for one in found]
+
+
+@breaks("the seated face enters the component by 0.0995 mm")
+class PressedIn(VacuumHolding):
+    def seat(self, grasp, surface, hand, ctx):
+        return moved_along(super().seat(grasp, surface, hand, ctx), 0.1)
+
+
+@breaks("hold asks for 0.00")
+class ForceInKilonewtons(VacuumHolding):
+    def hold(self, grasp, contacts, load, component, ctx):
+        found = super().hold(grasp, contacts, load, component, ctx)
+        return replace(found, required_force_N=found.required_force_N / 1000.0)
+
+
+@breaks("in another frame than the component's?")
+class ContactInTheHand(VacuumHolding):
+    def contacts(self, grasp, surface, hand, finger_length_mm, ctx):
+        return [replace(one, centre_C=np.zeros(3)) for one in super().contacts(grasp, surface, hand, finger_length_mm, ctx)]
+
+
+@breaks("the face is 20 mm wide, 10 to 11 was expected")
+class CupOfOneSize(VacuumHand):
+    def sized(self, opening_width_mm):
+        return self
 
 
 @breaks("no gripper holds component-1, which can be held")

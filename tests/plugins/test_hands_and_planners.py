@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gripwright.design.contact import Surface, contacts, seat
+from gripwright.design.contact import contacts, seat
 from gripwright.domain.assembly import Component
 from gripwright.domain.grasp import CENTRIC_4, EXTERNAL, INTERNAL, PARALLEL_2, Grasp, GripRequirement
 from gripwright.domain.shape import Box, Cylinder, FloatArray, Segment
 from gripwright.geometry.frames import is_rigid
+from gripwright.geometry.held_surface import Surface
 from gripwright.geometry.measures import face_normals
 from gripwright.plugin_api import HandModel, RunContext
 from gripwright_builtin.hands.centric import CentricHand, CentricSettings, FourFingerHand

@@ -80,7 +80,7 @@ def touch(mesh: Mesh, requirement: GripRequirement) -> bool:
         ("pyramid", surface(pyramid(3, 20.0, 19.3, 30.0)), StraightPyramid(StraightParams()), CENTRIC_3, 19.65),
         ("sphere", surface(zone(40.0, -30.0, 40.0, 144)), ThreeFingerSphere(SphereHoldParams()), CENTRIC_3, 80.0),
         ("torus", surface(torus(30.0, 6.0, 360.0, 144)), TwoFingerTorus(TorusHoldParams()), PARALLEL_2, 12.0),
-        ("torus", surface(torus(60.0, 30.0, 360.0, 144)), ThreeFingerTorus(TorusHoldParams()), CENTRIC_3, 180.0),
+        ("torus", surface(torus(60.0, 30.0, 360.0, 256)), ThreeFingerTorus(TorusHoldParams()), CENTRIC_3, 180.0),
         ("extrusion", surface(profile(slot(40.0, 14.0), 20.0)), TwoFingerExtrusion(ExtrusionHoldParams()), PARALLEL_2, 14.0),
     ],
     ids=lambda value: getattr(value, "key", None),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gripwright.design.contact import Surface, contacts, seat
+from gripwright.design.contact import contacts, seat
 from gripwright.design.gripping_surface import gripping_surface
 from gripwright.design.holding import contact_radius_mm
 from gripwright.domain.errors import Rejection
@@ -11,6 +11,7 @@ from gripwright.domain.grasp import EXTERNAL, INTERNAL, Grasp, GripRequirement
 from gripwright.domain.pad import PAD
 from gripwright.domain.shape import Cylinder, Mesh, Segment
 from gripwright.geometry.frames import transform
+from gripwright.geometry.held_surface import Surface
 from gripwright.plugin_api import Params, RunContext
 from gripwright_builtin.fitters.cylinder import CylinderFitter, CylinderParams
 from gripwright_builtin.hands.centric import CentricHand, CentricSettings

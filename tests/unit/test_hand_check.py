@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gripwright.design.contact import Surface, contacts, seat
+from gripwright.design.contact import contacts, seat
 from gripwright.design.finger_lengths import length_max, length_min
 from gripwright.design.hand_check import HandCheck, OperationScene
 from gripwright.domain.errors import Rejection
@@ -11,6 +11,7 @@ from gripwright.domain.grasp import EXTERNAL, PARALLEL_2, Grasp
 from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.geometry.collision import MeshSurface, PlacedSurface, Scene
 from gripwright.geometry.frames import pose
+from gripwright.geometry.held_surface import Surface
 from gripwright_builtin.hands.parallel import ParallelHand
 from gripwright_builtin.hands.prism import HandSettings
 from mesh_factory import box_mesh, moved

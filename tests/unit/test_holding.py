@@ -7,12 +7,13 @@ import pytest
 from scipy.optimize import brentq, linprog
 from scipy.spatial.transform import Rotation
 
-from gripwright.design.contact import Contact
 from gripwright.design.holding import hold
-from gripwright.design.holding_load import ACCELERATION_M_S2, GRAVITY_M_S2, Load, operation_load, wrenches
+from gripwright.design.holding_load import operation_load
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, PARALLEL_2, Grasp
+from gripwright.domain.holding import Contact, Load
 from gripwright.domain.pad import PAD, Pad
 from gripwright.domain.shape import FloatArray
+from gripwright.geometry.wrenches import ACCELERATION_M_S2, GRAVITY_M_S2, wrenches
 
 _MU = 0.2
 _DOWN = np.array([0.0, 0.0, -1.0])

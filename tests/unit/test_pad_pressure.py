@@ -31,7 +31,7 @@ def handle(force_N: float, area_mm2: float) -> Handle:
 
 def cad(*, padded: bool = True) -> GripperCad:
     made: Any = object.__new__(GripperCad)
-    object.__setattr__(made, "finger", SimpleNamespace(bonded=object() if padded else None))
+    object.__setattr__(made, "finger", SimpleNamespace(bonded=SimpleNamespace(bought=None) if padded else None))
     object.__setattr__(made, "spec", SimpleNamespace(pad=PAD))
     return made  # type: ignore[no-any-return]
 

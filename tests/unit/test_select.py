@@ -79,7 +79,7 @@ def make_actuator(model: str, **figures: Any) -> Actuator:
 
 def run(verdicts: Sequence[OperationVerdict], actuators: Sequence[Actuator], **options: Any) -> Selection:
     hands = {CENTRIC_3: CentricHand(CentricSettings()), PARALLEL_2: ParallelHand(HandSettings())}
-    toolbox: Any = SimpleNamespace(optimizer=SetCoverOptimizer(SetCoverParams()), hands=hands)
+    toolbox: Any = SimpleNamespace(optimizer=SetCoverOptimizer(SetCoverParams()), hands=hands, holding={})
     task = make_task([verdict.operation for verdict in verdicts])
     return select(task, verdicts, actuators, SelectOptions(**options), toolbox, RunContext())
 

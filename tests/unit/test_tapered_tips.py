@@ -253,14 +253,15 @@ class ForgetsTheTaper(StraightFinger):
 class MakesNone(StraightFinger):
     """Says that it makes no tapered tips."""
 
-    makes_tapered = False
+    def tapers(self, taper_rad: float) -> bool:
+        return False
 
 
 @pytest.mark.parametrize(
     ("designer", "why"),
     [
         (ForgetsTheTaper(StraightFingerParams()), "the gripping surface is inclined by -8.0° over 0 % of the tip"),
-        (MakesNone(StraightFingerParams()), "the finger designer 'straight' makes no tapered tips"),
+        (MakesNone(StraightFingerParams()), "the finger designer 'straight' makes no tips of that taper"),
     ],
 )
 def test_a_finger_without_the_taper_that_was_asked_for_is_refused(designer: FingerDesigner, why: str) -> None:

@@ -6,7 +6,7 @@ import manifold3d
 import numpy as np
 import pytest
 
-from gripwright.design.contact import Surface, contacts, seat
+from gripwright.design.contact import contacts, seat
 from gripwright.design.gripping_surface import gripping_surface
 from gripwright.design.grooved_hand import GroovedHand
 from gripwright.design.hand_check import HandCheck
@@ -23,6 +23,7 @@ from gripwright.domain.groove import Groove
 from gripwright.domain.pad import PAD
 from gripwright.domain.shape import Cylinder, Mesh
 from gripwright.geometry import brep
+from gripwright.geometry.held_surface import Surface
 from gripwright.plugin_api import FingerDesigner, RunContext
 from gripwright_builtin.fingers.concave import ConcaveFinger, ConcaveFingerParams
 from gripwright_builtin.fingers.straight import StraightFinger, StraightFingerParams
@@ -148,7 +149,7 @@ def test_in_a_groove_all_openings_shift_by_twice_its_depth_and_the_jaws_stay() -
     assert handle.opening_width_mm == pytest.approx(2.0 * (RADIUS_MM - groove.depth_mm), abs=0.02)
     assert handle.release_opening_mm - handle.opening_width_mm == pytest.approx(1.0)
     assert made.opening_max_mm - gripper.opening_max_mm == pytest.approx(2.0 * (made.jaw_offset_mm - gripper.jaw_offset_mm))
-    assert handle.safety_factor == safety_factor(ACTUATOR, handle.hold)
+    assert handle.safety_factor == safety_factor(ACTUATOR.grip_force_N, handle.hold)
 
 
 def test_a_groove_holds_a_moment_over_the_wider_strip_of_the_relative_curvature_and_with_less_force() -> None:

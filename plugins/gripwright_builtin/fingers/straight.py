@@ -85,10 +85,13 @@ class StraightFinger:
     key: ClassVar[str] = "straight"
     params_model: ClassVar[type[StraightFingerParams]] = StraightFingerParams
     gripper_types: ClassVar[frozenset[str]] = frozenset({PARALLEL_2, CENTRIC_3, CENTRIC_4})
-    makes_tapered: ClassVar[bool] = True
 
     def __init__(self, params: StraightFingerParams) -> None:
         self._params = params
+
+    def tapers(self, taper_rad: float) -> bool:
+        """All of them."""
+        return True
 
     def design(self, spec: FingerSpec, ctx: RunContext) -> FingerDesign | Rejection:
         """The finger as one exact solid with its mesh, or why it cannot be made."""

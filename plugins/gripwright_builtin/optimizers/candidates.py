@@ -2,8 +2,9 @@
 
 An alternative of width W is held by the grippers of its class whose range lies in an interval. With the reach u = W⁺ for
 an external grip, u = −W⁻ for an internal one (the ranges mirror), and s = ±1, that interval is [s·W + release clearance,
-s·W + stroke]. Lowering u to the largest lower end below it, and the finger length to the largest L⁻ below it, keeps every
-alternative that is held: only these values need to be tried.
+s·W + stroke]. A gripper that holds by a face counts as external; it does not close, and needs no clearance. Lowering u to the
+largest lower end below it, and the finger length to the largest L⁻ below it, keeps every alternative that is held: only these
+values need to be tried.
 """
 
 from collections.abc import Iterable, Iterator
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse
 
-from gripwright.domain.grasp import EXTERNAL
+from gripwright.domain.grasp import EXTERNAL, INTERNAL, clearance_mm
 from gripwright.domain.gripper import BOUND_TOLERANCE_MM as SLACK
 from gripwright.domain.gripper import GripperParameters
 from gripwright.domain.gripper_set import GripperClass, GripperSetProblem
@@ -66,7 +67,7 @@ def demands_of(problem: GripperSetProblem) -> Demands:
             x.opening_width_mm,
             x.finger_length_min_mm,
             x.finger_length_max_mm,
-            max(x.release_clearance_mm, problem.release_clearance_mm),
+            clearance_mm(_grip(problem, x.gripper_type), x.release_clearance_mm, problem.release_clearance_mm),
         )
         for c, component in enumerate(problem.components)
         for a, x in enumerate(component.alternatives)
@@ -74,7 +75,7 @@ def demands_of(problem: GripperSetProblem) -> Demands:
     component, alternative, class_of, width, length_min, length_max, clearance = np.array(rows).reshape(-1, 7).T
     kinds = list(problem.classes.values()) or [GripperClass(stroke_mm=0.0)]
     kind = class_of.astype(np.int64)
-    sign = np.array([1.0 if k.grip == EXTERNAL else -1.0 for k in kinds])[kind]
+    sign = np.array([-1.0 if k.grip == INTERNAL else 1.0 for k in kinds])[kind]
     stroke = np.array([k.stroke_mm for k in kinds])[kind]
     floor = np.array([max(0.0, k.opening_floor_mm) for k in kinds])[kind]
     length_max = np.minimum(length_max, np.array([k.finger_length_max_mm for k in kinds])[kind])
@@ -94,7 +95,7 @@ def demands_of(problem: GripperSetProblem) -> Demands:
 def held_by(gripper: GripperParameters, problem: GripperSetProblem, demands: Demands) -> BoolArray:
     """(a,) the alternatives that a new gripper of one of the classes holds."""
     kind = problem.classes[gripper.gripper_type]
-    reach = gripper.opening_max_mm if kind.grip == EXTERNAL else -gripper.opening_min_mm
+    reach = -gripper.opening_min_mm if kind.grip == INTERNAL else gripper.opening_max_mm
     length = gripper.finger_length_mm
     return np.asarray(
         (demands.class_of == list(problem.classes).index(gripper.gripper_type))
@@ -206,13 +207,17 @@ def _lengths(
 
 def parameters_at(key: str, kind: GripperClass, reach: float, length: float) -> GripperParameters:
     """The gripper of a class with that reach (W⁺, or −W⁻ for an internal grip) and finger length."""
-    if kind.grip == EXTERNAL:
-        opening_min, opening_max = max(0.0, kind.opening_floor_mm, reach - kind.stroke_mm), reach
-    else:
+    if kind.grip == INTERNAL:
         opening_min, opening_max = max(0.0, -reach), kind.stroke_mm - reach
+    else:
+        opening_min, opening_max = max(0.0, kind.opening_floor_mm, reach - kind.stroke_mm), reach
     return GripperParameters(
         gripper_type=key, opening_min_mm=opening_min, opening_max_mm=opening_max, finger_length_mm=length, grip=kind.grip
     )
+
+
+def _grip(problem: GripperSetProblem, key: str) -> str:
+    return problem.classes[key].grip if key in problem.classes else EXTERNAL
 
 
 def _incidence(members: list[IntArray], columns: int) -> scipy.sparse.csr_array:

@@ -22,6 +22,7 @@ from gripwright.cad.document import checked_entries, faults_of, parse_json, poin
 from gripwright.cad.formats import EXTENSIONS, STATES_UNITS, format_of
 from gripwright.cad.limits import DEFAULT_LIMITS, Limits
 from gripwright.cad.sequence import duplicate_faults, entries, sequence_faults, string_of
+from gripwright.domain.assembly import Texture
 from gripwright.domain.errors import Fault
 from gripwright.domain.shape import FloatArray
 
@@ -172,6 +173,8 @@ class ComponentEntry(_FileEntry):
     name: Line = ""
     density: Annotated[Number, Field(gt=0, le=25_000, description="kg/m³")] = 7850.0
     friction: Annotated[Number, Field(gt=0, le=5, description="coefficient of friction")] = 0.2
+    texture: Texture | None = Field(None, description="how tight its surface is against a suction cup's lip; null: not known")
+    ferrous: Annotated[bool, Field(strict=True)] | None = Field(None, description="whether a magnet holds it; null: not known")
     no_grasp: Regions = ()
     may_grasp: Regions = ()
     external_ids: ExternalIds = {}

@@ -226,6 +226,8 @@ def _component(entry: ComponentEntry, mesh: Mesh) -> Component:
         name=entry.name,
         density_kg_m3=entry.density,
         friction=entry.friction,
+        texture=entry.texture,
+        ferrous=entry.ferrous,
         no_grasp=tuple(map(grasp_region, entry.no_grasp)),
         may_grasp=tuple(map(grasp_region, entry.may_grasp)),
     )

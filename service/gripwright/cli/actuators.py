@@ -19,7 +19,8 @@ def list_catalogue(context: typer.Context) -> None:
     if context.invoked_subcommand is not None:
         return
     for actuator in catalogue(load_settings()):
-        stroke = f"{actuator.stroke_mm:g} mm" if actuator.stroke_mm > 0.0 else "stroke unknown"
+        stroke = "stroke unknown" if actuator.closes else "no jaws"
+        stroke = f"{actuator.stroke_mm:g} mm" if actuator.stroke_mm > 0.0 else stroke
         force = "force unknown" if actuator.grip_force_N is None else f"{actuator.grip_force_N:g} N"
         reason = why_not(actuator)
         told = f"  {reason.code}" + (f" ({actuator.note})" if actuator.note else "") if reason is not None else ""

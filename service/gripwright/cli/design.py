@@ -18,6 +18,7 @@ from gripwright.cli.run import runner_of, shown_progress
 from gripwright.design import pipeline
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.errors import Fault, InvalidInput, Rejection
+from gripwright.domain.grasp import SURFACE
 from gripwright.jobs.catalogue import catalogue
 from gripwright.jobs.child import preload
 from gripwright.jobs.local import LocalRunner
@@ -110,13 +111,14 @@ def _summarise(document: Mapping[str, Any], folder: Path) -> None:
     grippers = document["grippers"]
     typer.echo(f"{document['status']}: {len(grippers)} grippers, in {folder}")
     for gripper in grippers:
+        held_by = f"{gripper['fingers']} fingers of {gripper['finger_length']:g} mm"
         opening = f"{gripper['opening_min']:.4g} to {gripper['opening_max']:.4g} mm"
+        if gripper["grip"] == SURFACE:
+            held_by, opening = f"a face {gripper['finger_length']:g} mm before the palm", f"⌀{gripper['opening_max']:.4g} mm"
         actuator = f"{gripper['actuator']['maker']} {gripper['actuator']['model']}"
         actuator = f"{gripper['owned']} (at hand)" if gripper["owned"] else actuator
         held = ", ".join(dict.fromkeys(handle["component"] for handle in gripper["handles"]))
-        typer.echo(
-            f"  {gripper['id']}: {gripper['fingers']} fingers of {gripper['finger_length']:g} mm, {opening}, {actuator}: {held}"
-        )
+        typer.echo(f"  {gripper['id']}: {held_by}, {opening}, {actuator}: {held}")
     for operation in document["operations"]:
         if operation["status"] != "covered":
             typer.echo(f"  {operation['id']} is {operation['status']}: {operation['detail']}")

@@ -2,15 +2,17 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from gripwright.design import catalogue
+from gripwright.design.holder import Models, grip_force_N
 from gripwright.design.tapered_hand import taper_of
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import EXTERNAL, FreeGrasp, GraspConstraint
+from gripwright.domain.grasp import EXTERNAL, INTERNAL, SURFACE, FreeGrasp, GraspConstraint
+from gripwright.domain.grasp import clearance_mm as clearance_of
 from gripwright.domain.gripper import Actuator, Gripper
 from gripwright.domain.gripper_set import GripperClass
 from gripwright.domain.preference import Preference, weight
@@ -44,17 +46,23 @@ class HoldPolicy:
 
     safety_factor: float
     enforced: bool
+    models: Models = field(default_factory=dict)
 
-    def weakness(self, actuator: Actuator, required_force_N: float) -> Shortfall | None:
+    def grip_force_N(self, actuator: Actuator, opening_width_mm: float) -> float | None:
+        """What the actuator grips with at that opening; None: not known."""
+        return grip_force_N(actuator, opening_width_mm, self.models)
+
+    def weakness(self, actuator: Actuator, opening_width_mm: float, required_force_N: float) -> Shortfall | None:
         """Why this actuator does not hold; None where it does, where its force is unknown, and where nothing is enforced."""
-        needed_N = required_force_N * self.safety_factor
-        if not self.enforced or actuator.grip_force_N is None or actuator.grip_force_N >= needed_N:
+        needed_N, force_N = required_force_N * self.safety_factor, self.grip_force_N(actuator, opening_width_mm)
+        if not self.enforced or force_N is None or force_N >= needed_N:
             return None
+        what = "friction" if actuator.closes else "holding"
         return Shortfall(
             "not-held",
-            f"friction needs {needed_N:.1f} N with safety factor {self.safety_factor:g}, "
-            f"{actuator.name} grips with {actuator.grip_force_N:.1f} N",
-            needed_N - actuator.grip_force_N,
+            f"{what} needs {needed_N:.1f} N with safety factor {self.safety_factor:g}, "
+            f"{actuator.name} grips with {force_N:.1f} N",
+            needed_N - force_N,
         )
 
 
@@ -81,16 +89,20 @@ class ActuatorClass:
     def constraint(self, free: FreeGrasp, release_clearance_mm: float, policy: HoldPolicy) -> GraspConstraint | Shortfall:
         """What a gripper of this class has to satisfy to hold a grasp, or why none does."""
         grasp, actuator = free.grasp, self.actuator
-        clearance_mm = max(release_clearance_mm, abs(free.release_opening_mm - grasp.opening_width_mm))
+        clearance_mm = clearance_of(self.grip, release_clearance_mm, abs(free.release_opening_mm - grasp.opening_width_mm))
         if clearance_mm > actuator.stroke_mm + _SLACK_MM:
             detail = f"letting go takes {clearance_mm:.2f} mm, the stroke of {actuator.name} is {actuator.stroke_mm:.2f} mm"
             return Shortfall("stroke-too-short", detail, clearance_mm - actuator.stroke_mm)
-        widest_mm = grasp.opening_width_mm + (clearance_mm if self.grip == EXTERNAL else actuator.stroke_mm - clearance_mm)
+        widest_mm = grasp.opening_width_mm + (actuator.stroke_mm - clearance_mm if self.grip == INTERNAL else clearance_mm)
         if widest_mm > self.opening_max_mm + _SLACK_MM:
             detail = f"the opening must reach {widest_mm:.2f} mm, {actuator.name} opens to {self.opening_max_mm:.2f} mm"
+            if self.grip == SURFACE:
+                detail = (
+                    f"a face of {widest_mm:.2f} mm is asked for, that of {actuator.name} has {self.opening_max_mm:.2f} mm at most"
+                )
             return Shortfall("too-wide", detail, widest_mm - self.opening_max_mm)
         floor_mm = self.gripper_class.opening_floor_mm
-        closed_mm = grasp.opening_width_mm - (0.0 if self.grip == EXTERNAL else clearance_mm)
+        closed_mm = grasp.opening_width_mm - (clearance_mm if self.grip == INTERNAL else 0.0)
         if closed_mm < floor_mm - _SLACK_MM:
             detail = f"the opening must fall to {closed_mm:.2f} mm, the fingers meet below {floor_mm:.2f} mm"
             return Shortfall("too-narrow", detail, floor_mm - closed_mm)
@@ -102,7 +114,7 @@ class ActuatorClass:
             detail = f"{actuator.name} needs fingers of at least {length_min_mm:.2f} mm, {length_max_mm:.2f} mm are allowed"
             detail += f": {self.length_limit}" if self.length_limit else ""
             return Shortfall("finger-too-long", detail, length_min_mm - length_max_mm)
-        return policy.weakness(actuator, free.hold.required_force_N) or GraspConstraint(
+        return policy.weakness(actuator, grasp.opening_width_mm, free.hold.required_force_N) or GraspConstraint(
             gripper_type=self.key,
             opening_width_mm=grasp.opening_width_mm,
             finger_length_min_mm=length_min_mm,
@@ -139,7 +151,7 @@ def classes_of(
     classes = []
     for actuator in actuators:
         arms_mm = _opening_limit_mm(actuator)
-        needed_mm = min(widest_mm if grip == EXTERNAL else widest_mm + actuator.stroke_mm, arms_mm)
+        needed_mm = min(widest_mm + actuator.stroke_mm if grip == INTERNAL else widest_mm, arms_mm)
         gripper_class = GripperClass(
             stroke_mm=actuator.stroke_mm,
             grip=grip,
@@ -148,7 +160,7 @@ def classes_of(
             cost=costs[actuator.name],
         )
         for envelope_mm in rungs[rungs >= catalogue.actuator_envelope_mm(actuator) - _SLACK_MM].tolist():
-            opening_mm = min(catalogue.opening_within_mm(envelope_mm), arms_mm)
+            opening_mm = arms_mm if grip == SURFACE else min(catalogue.opening_within_mm(envelope_mm), arms_mm)
             if opening_mm <= 0.0:
                 continue
             classes.append(
@@ -224,12 +236,17 @@ def _outdoes(other: Actuator, actuator: Actuator, costs: Mapping[str, float], gr
         )
 
     # An internal grip opens to W − clearance + stroke: there a longer stroke needs more room.
+    # Forces of faces compare at one size.
     reaches = other.stroke_mm >= actuator.stroke_mm if grip == EXTERNAL else other.stroke_mm == actuator.stroke_mm
+    if grip == SURFACE:
+        reaches = other.opening_max_mm == actuator.opening_max_mm
     same_type = other.gripper_type == actuator.gripper_type
     return same_type and reaches and all(a >= b for a, b in zip(virtues(other), virtues(actuator), strict=True))
 
 
 def _opening_limit_mm(actuator: Actuator) -> float:
+    if not actuator.closes:
+        return math.inf if actuator.opening_max_mm is None else actuator.opening_max_mm
     return catalogue.opening_reference_mm(actuator) + 2.0 * ARM_MAX_MM
 
 

@@ -4,7 +4,8 @@ Columns: maker, model, type (parallel, centric, …) and fingers are required; s
 opening_max_mm, grip_force_N, force_basis, mass_kg or mass_g, finger_length_max_mm, finger_mass_max_kg, body_diameter_mm,
 body_length_mm, price, confidence (A, B, C), source and note are optional, further columns are ignored.
 - `stroke_basis` says what stroke_mm is: `total` (also the default) or `diameter`, or `per-jaw`, of which the opening
-  changes by twice as much, however many jaws there are. Without the column the figure is the total.
+  changes by twice as much, however many jaws there are. Without the column the figure is the total. `none`: it has no jaws
+  (vacuum, magnet); opening_max_mm and grip_force_N are then those of the largest face (cup, pole) that it serves.
 - `force_basis` is per jaw where it begins with "per finger" or "per jaw", the total where it begins with "sum" or "total".
   Otherwise it is unknown, and the figure is taken as the total, the smaller reading.
 - A text with unquoted commas is read as one cell where it can be told.
@@ -19,7 +20,7 @@ import re
 from collections.abc import Mapping
 
 from gripwright.domain.errors import Fault
-from gripwright.domain.gripper import Actuator
+from gripwright.domain.gripper import NO_STROKE, Actuator
 
 _REQUIRED = ("maker", "model", "type", "fingers")
 _FIGURES = (
@@ -35,7 +36,7 @@ _FIGURES = (
     "body_length_mm",
     "price",
 )
-_STROKE_FACTORS = {"total": 1.0, "diameter": 1.0, "per-jaw": 2.0}
+_STROKE_FACTORS = {"total": 1.0, "diameter": 1.0, "per-jaw": 2.0, NO_STROKE: 0.0}
 _CONFIDENCES = ("A", "B", "C")
 _FINGERS_MAX = 8
 
@@ -164,6 +165,8 @@ class _Row:
             self.fault("stroke_basis", f"{basis!r} is none of {', '.join(_STROKE_FACTORS)}")
             basis = "total"
         stroke_mm, low_mm, high_mm = figures["stroke_mm"], figures["opening_min_mm"], figures["opening_max_mm"]
+        if basis == NO_STROKE:
+            return 0.0, basis, ""
         if stroke_mm is not None:
             stroke_mm *= _STROKE_FACTORS[basis]
         if not self._cells.get("stroke_basis"):

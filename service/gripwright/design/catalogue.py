@@ -58,7 +58,7 @@ def why_not(actuator: Actuator) -> Rejection | None:
 
 def why_unusable(actuator: Actuator) -> Rejection | None:
     """Why this actuator cannot be used even where it is named."""
-    if actuator.stroke_mm <= 0.0:
+    if actuator.stroke_mm <= 0.0 and actuator.closes:
         return Rejection("no-stroke", f"the change of opening of {actuator.name} is not known, or it has none")
     return None
 
@@ -121,12 +121,14 @@ def opening_reference_mm(actuator: Actuator) -> float:
 
 def jaw_offset_mm(actuator: Actuator, opening_max_mm: float) -> float:
     """How far the gripping surface stands outside the jaws' reference when the actuator is fully open (INTERFACE.md)."""
-    return (opening_max_mm - opening_reference_mm(actuator)) / 2.0
+    return (opening_max_mm - opening_reference_mm(actuator)) / 2.0 if actuator.closes else 0.0
 
 
 def actuator_envelope_mm(actuator: Actuator) -> float:
     """Radius about the gripper's axis that the body and the fingers' bases on the open jaws need, whatever the fingers."""
     diameter_mm = body_size(actuator)[0]
+    if not actuator.closes:
+        return diameter_mm / 2.0
     jaw_mm = min(max(_JAW_OF_BODY * diameter_mm, _JAW_MIN_MM), _JAW_MAX_MM)
     return max(diameter_mm / 2.0, opening_reference_mm(actuator) / 2.0 + jaw_mm)
 
@@ -144,8 +146,11 @@ def opening_within_mm(envelope_mm: float, finger_thickness_mm: float = FINGER_TH
 def palm_envelope_mm(actuator: Actuator, opening_max_mm: float, finger_thickness_mm: float = FINGER_THICKNESS_MM) -> float:
     """Radius about the gripper's axis within which bases, offset arms and body lie, open at `opening_max_mm`.
 
-    It grows with the opening. A gripper that holds width W with a stroke d opens to W + d at most.
+    It grows with the opening. A gripper that holds width W with a stroke d opens to W + d at most. Without jaws it is the body's:
+    a cup may be wider than what carries it.
     """
+    if not actuator.closes:
+        return actuator_envelope_mm(actuator)
     return max(actuator_envelope_mm(actuator), finger_envelope_mm(opening_max_mm, finger_thickness_mm))
 
 

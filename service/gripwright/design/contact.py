@@ -5,54 +5,25 @@ the gripper's z. A little is kept in reserve, so that whoever measures the finis
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from gripwright.design.face import forbidden_faces
 from gripwright.design.gripping_surface import GrippingSurface, gripping_surface
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import Grasp
-from gripwright.domain.shape import BoolArray, FloatArray, Mesh
-from gripwright.geometry.clipping import clip_to_box, longest_run, near_box
+from gripwright.domain.grasp import SURFACE, Grasp
+from gripwright.domain.holding import Contact
+from gripwright.domain.shape import FloatArray
+from gripwright.geometry.clipping import clip_to_box, longest_run
 from gripwright.geometry.frames import inverse, transform
+from gripwright.geometry.held_surface import PARALLEL_RAD, SEAT_MM, TOUCH_GAP_MM, Surface
 from gripwright.plugin_api import HandModel
 
-TOUCH_GAP_MM = 0.045  # of 0.05
-_PARALLEL_RAD = float(np.radians(4.8))  # of 5°
 _SEARCH_MM = 0.5  # how far the seated surface may lie from the planned one
 _DEPTH_MM = 60.0  # surface farther outside the finger's plane is not looked at
-_SEAT_MM = 0.0005  # the finger stands off the surface's foremost point, so that rounding in files never makes it enter
-SPREAD_MM = TOUCH_GAP_MM - _SEAT_MM  # by so much three fingers, or the two pairs of four, may differ in where they touch
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Contact:
-    """The contact of one finger: height along the gripper's z, area and centre of the touching surface (component frame)."""
-
-    height_mm: float
-    area_mm2: float
-    centre_C: FloatArray  # (3,)
-    normal_C: FloatArray  # (3,) outward normal of the component there
-    gap_mm: float
-
-
-class Surface:
-    """A component's triangles, ready for many grasps."""
-
-    def __init__(self, mesh: Mesh) -> None:
-        self.vertices = mesh.vertices_mm  # (n, 3)
-        self.triangles = mesh.triangles_mm  # (m, 3, 3)
-        cross = np.cross(self.triangles[:, 1] - self.triangles[:, 0], self.triangles[:, 2] - self.triangles[:, 0])
-        length = np.linalg.norm(cross, axis=1, keepdims=True)
-        self.normals: FloatArray = np.divide(cross, length, out=np.zeros_like(cross), where=length > 0)
-        self.centres: FloatArray = self.triangles.mean(axis=1)
-        self.reach: FloatArray = np.linalg.norm(self.triangles - self.centres[:, None], axis=2).max(axis=1)
-
-    def near(self, point: FloatArray, radius: float) -> FloatArray:
-        """Indices of triangles that may come within `radius` of the point."""
-        distance = np.linalg.norm(self.centres - point, axis=1)
-        return np.asarray(np.flatnonzero(distance <= radius + self.reach))
+SPREAD_MM = TOUCH_GAP_MM - SEAT_MM  # by so much three fingers, or the two pairs of four, may differ in where they touch
 
 
 def seat(grasp: Grasp, surface: Surface, hand: HandModel) -> Grasp | Rejection:
@@ -70,7 +41,7 @@ def seat(grasp: Grasp, surface: Surface, hand: HandModel) -> Grasp | Rejection:
         return Rejection("no-contact", f"one finger stays {spread:.3f} mm off the surface, at most {TOUCH_GAP_MM} mm")
     X_CG = grasp.X_CG.copy()
     X_CG[:3, 3] += X_CG[:3, :3] @ (sign * shift_G)
-    width = grasp.opening_width_mm + 2.0 * sign * (max(levels) + _SEAT_MM)
+    width = grasp.opening_width_mm + 2.0 * sign * (max(levels) + SEAT_MM)
     return replace(grasp, X_CG=X_CG, opening_width_mm=float(width))
 
 
@@ -105,7 +76,7 @@ def _level_mm(grasp: Grasp, number: int, surface: Surface, hand: HandModel) -> f
     x_range = np.sort(gripping.sign * np.array([-_SEARCH_MM, _DEPTH_MM]))
     low, high = np.array([x_range[0], y_low, -gripping.reach_mm(np.inf)]), np.array([x_range[1], y_high, 0.0])
     X_GP = hand.finger_poses(grasp.opening_width_mm)[number] @ gripping.X_FP
-    x = gripping.depths_mm(_part(surface, grasp.X_CG @ X_GP, low, high))
+    x = gripping.depths_mm(surface.within(grasp.X_CG @ X_GP, low, high))
     x = x[x <= _SEARCH_MM]
     return float(x.max()) / gripping.slope if x.size and x.max() >= -_SEARCH_MM else None
 
@@ -152,10 +123,10 @@ def _touching(
     patches = []
     for flat in gripping.flats:
         X_CP = X_CF @ flat.X_FP
-        parallel = surface.normals @ (gripping.sign * X_CP[:3, 0]) >= np.cos(_PARALLEL_RAD - flat.rounding_rad)
+        parallel = surface.normals @ (gripping.sign * X_CP[:3, 0]) >= np.cos(PARALLEL_RAD - flat.rounding_rad)
         low = np.array([-TOUCH_GAP_MM, -flat.width_mm / 2.0, -gripping.reach_mm(finger_length_mm)])
         high = np.array([TOUCH_GAP_MM, flat.width_mm / 2.0, 0.0])
-        patch = _part(surface, X_CP, low, high, parallel) if parallel.any() else np.empty((0, 3, 3))
+        patch = surface.within(X_CP, low, high, parallel) if parallel.any() else np.empty((0, 3, 3))
         if len(patch):
             patches.append((X_CP, patch))
     return patches
@@ -189,6 +160,9 @@ def forbidden_reaches(
     grasp: Grasp, regions: Sequence[tuple[Forbidden, Surface]], hand: HandModel, finger_length_mm: float
 ) -> Iterator[tuple[int, Forbidden, float]]:
     """Each finger that would touch a region, and how far (mm) it reaches over it: from its tip or from a side, the lesser."""
+    if grasp.grip == SURFACE:
+        yield from forbidden_faces(grasp, regions, hand, finger_length_mm)
+        return
     gripping = gripping_surface(hand, grasp.grip)
     y_low, y_high = gripping.y_range
     rooms = gripping.rooms(finger_length_mm, 2.0 * TOUCH_GAP_MM)
@@ -197,7 +171,7 @@ def forbidden_reaches(
             X_CF = grasp.X_CG @ X_GF
             for X_FB, low, high in rooms:
                 X_CB = X_CF @ X_FB
-                touched = _within(region, transform(X_CB, _part(surface, X_CB, low, high)))
+                touched = _within(region, transform(X_CB, surface.within(X_CB, low, high)))
                 if len(touched):
                     _, y, z = np.moveaxis(transform(inverse(X_CF), touched), -1, 0)
                     yield number, region, float(min(-z.min(), y_high - y.min(), y.max() - y_low))
@@ -208,14 +182,3 @@ def _within(region: Forbidden, triangles_C: FloatArray) -> FloatArray:
     if region.box_min_C is None or region.box_max_C is None or not len(triangles_C):
         return triangles_C
     return clip_to_box(triangles_C, region.box_min_C, region.box_max_C)
-
-
-def _part(surface: Surface, X_CF: FloatArray, low: FloatArray, high: FloatArray, chosen: BoolArray | None = None) -> FloatArray:
-    """The component's triangles within low ≤ p ≤ high of the finger frame, (k, 3, 3)."""
-    X_FC = inverse(X_CF)
-    near = near_box(surface.centres, surface.reach, X_FC, low, high)
-    if chosen is not None:
-        near = near[chosen[near]]
-    if not len(near):
-        return np.empty((0, 3, 3))
-    return clip_to_box(transform(X_FC, surface.triangles[near]), low, high)

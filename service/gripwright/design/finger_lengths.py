@@ -90,6 +90,8 @@ def _last_stem_touch(check: HandCheck, grasp: Grasp, end_mm: float) -> _Touch:
         X_CF = grasp.X_CG @ X_GF
         X_PF = scene.X_PC @ X_CF
         for vertices in check.finger(grasp, LENGTH_LIMIT_MM):
+            if vertices[:, 2].min() > _OFF_MM - LENGTH_LIMIT_MM:
+                continue  # a cup stays as it is, however long the stem behind it
             closing = check.sweeps.polytope(check.closing(grasp, vertices, ENTER_MM), 0.0)
             opening = check.sweeps.polytope(check.opening(grasp, vertices), scene.margin_mm)
             places = ((scene.attached, closing, X_CF), *((scene.standing, opening, place @ X_PF) for place in check.ends))

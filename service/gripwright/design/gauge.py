@@ -11,25 +11,25 @@ import numpy as np
 
 from gripwright.design.contact import (
     SPREAD_MM,
-    Surface,
     contact_heights_mm,
     contacts,
     forbidden_reaches,
     needed_height_mm,
-    seat,
     standing_off_mm,
 )
 from gripwright.design.finger_lengths import length_min
 from gripwright.design.hand_check import ENTER_MM, LENGTH_LIMIT_MM, ROUGH_MM, HandCheck, Miss, OperationScene
 from gripwright.design.hand_volumes import HandVolumes, Intrusion, Volume
+from gripwright.design.holder import Holder, Models, least_length_mm
 from gripwright.design.holding import hold
-from gripwright.design.holding_load import Load
-from gripwright.design.tapered_hand import shortest_finger_mm
 from gripwright.domain.affordance import Forbidden
-from gripwright.domain.grasp import EXTERNAL, Grasp, GripRequirement
-from gripwright.domain.pad import Pad
+from gripwright.domain.assembly import Component
+from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import EXTERNAL, SURFACE, Grasp, GripRequirement
+from gripwright.domain.holding import Load
 from gripwright.domain.shape import FloatArray
-from gripwright.plugin_api import HandModel
+from gripwright.geometry.held_surface import Surface
+from gripwright.plugin_api import HandModel, RunContext
 
 HOLDING = "holding"
 MEASURED, FAR_OFF = 0, 1  # ranks: what no shift of some millimetres mends comes last
@@ -78,10 +78,10 @@ class Circumstances:
     surface: Surface
     regions: Sequence[tuple[Forbidden, Surface]]
     load: Load
-    friction: float
-    min_contact_mm: float
+    component: Component
     envelopes: Envelopes
-    pad: Pad
+    models: Models
+    ctx: RunContext
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,18 +100,20 @@ class Gauge:
     def __init__(self, attempt: Attempt, around: Circumstances) -> None:
         self._attempt, self._around = attempt, around
         self._hand, self._volumes = attempt.hand, HandVolumes(around.scene, attempt.hand)
+        self._holder = Holder(model=around.models.get(attempt.requirement.gripper_type), ctx=around.ctx)
+        self._tips = least_length_mm(attempt.hand, around.ctx)
 
     def glance(self, miss: Miss) -> list[Shortage]:
         """What a grasp lacks, at least, of the check that it failed before it was placed."""
-        grasp, tips = miss.grasp, self._around.min_contact_mm
+        grasp, tips = miss.grasp, self._tips
         assert grasp is not None
         match miss.stage:
             case 0:
-                volumes = self._volumes.reaching(grasp)
+                volumes = self._volumes.reaching(grasp, tips)
             case 1:
                 volumes = self._volumes.closing(grasp, tips, ROUGH_MM)
             case 2:
-                volumes = self._volumes.leaving(grasp)
+                volumes = self._volumes.leaving(grasp, tips)
             case _:
                 volumes = self._volumes.moving(grasp, tips)
         return [self._collision(found) for volume in volumes for found in self._volumes.glances(volume)]
@@ -119,26 +121,25 @@ class Gauge:
     def in_full(self, grasp: Grasp) -> Finding:
         """All that a grasp lacks."""
         around, volumes = self._around, self._volumes
-        seated = seat(grasp, around.surface, self._hand)
+        seated = self._holder.seat(grasp, around.surface, self._hand)
         placed, draw_back = (seated, ENTER_MM) if isinstance(seated, Grasp) else (grasp, ROUGH_MM)
-        lacking = [] if isinstance(seated, Grasp) else self._unseated(grasp)
-        shortest = max(around.min_contact_mm, shortest_finger_mm(self._hand))
-        length, palm = shortest, None
+        lacking = [] if isinstance(seated, Grasp) else self._unseated(grasp, seated)
+        length, palm = self._tips, None
         widths = around.envelopes(placed.gripper_type, placed.opening_width_mm)
         if len(widths) == 0:
             lacking.append(self._no_actuator(placed))
         else:
             palm = float(widths[0])
-            lengths, miss = length_min(self._attempt.check, placed, widths[:1], shortest)
+            lengths, miss = length_min(self._attempt.check, placed, widths[:1], self._tips)
             length = float(lengths[0]) if miss is None else LENGTH_LIMIT_MM
             lacking += [] if miss is None else self._reached(volumes.palm(placed, palm, LENGTH_LIMIT_MM))
-            length = length if miss is None else shortest
-        lacking += self._reached(volumes.reaching(placed))
+            length = length if miss is None else self._tips
+        lacking += self._reached(volumes.reaching(placed, length))
         lacking += self._reached(volumes.closing(placed, length, draw_back))
-        lacking += self._reached(volumes.leaving(placed))
+        lacking += self._reached(volumes.leaving(placed, length))
         lacking += self._reached(volumes.moving(placed, length))
         lacking += [*self._forbidden(placed, length), *(self._contact(placed, length) if placed is seated else [])]
-        lacking += [] if lacking else self._friction(placed, length)
+        lacking += [] if lacking else self._not_held(placed, length)
         return Finding(grasp=placed, finger_length_mm=length, palm_radius_mm=palm, shortages=tuple(lacking))
 
     def first_place(self, intrusion: Intrusion) -> tuple[float, FloatArray] | None:
@@ -164,8 +165,10 @@ class Gauge:
             intrusion=found,
         )
 
-    def _unseated(self, grasp: Grasp) -> list[Shortage]:
+    def _unseated(self, grasp: Grasp, why: Rejection) -> list[Shortage]:
         """Fingers that meet no surface, or stay off it while another one touches."""
+        if self._holder.model is not None:
+            return [_said(why)]
         lacking = []
         for number, off in enumerate(standing_off_mm(grasp, self._around.surface, self._hand), start=1):
             if off is None:
@@ -184,8 +187,11 @@ class Gauge:
         return lacking
 
     def _contact(self, grasp: Grasp, finger_length_mm: float) -> list[Shortage]:
+        if self._holder.model is not None:
+            touching = self._holder.contacts(grasp, self._around.surface, self._hand, finger_length_mm)
+            return [_said(touching)] if isinstance(touching, Rejection) else []
         heights = contact_heights_mm(grasp, self._around.surface, self._hand, finger_length_mm)
-        needed = needed_height_mm(grasp, self._around.surface, self._around.min_contact_mm)
+        needed = needed_height_mm(grasp, self._around.surface, self._around.ctx.min_contact_mm)
         return [
             self._untouched(grasp, number, height, MEASURED if height > 0.0 else FAR_OFF)
             for number, height in enumerate(heights, start=1)
@@ -193,7 +199,7 @@ class Gauge:
         ]
 
     def _untouched(self, grasp: Grasp, number: int, height_mm: float, rank: int) -> Shortage:
-        needed = needed_height_mm(grasp, self._around.surface, self._around.min_contact_mm)
+        needed = needed_height_mm(grasp, self._around.surface, self._around.ctx.min_contact_mm)
         return Shortage(
             code="no-contact",
             quantity="contact height",
@@ -224,20 +230,29 @@ class Gauge:
             code="too-wide", quantity="opening", found=0.0, limit=width, amount=width, rank=FAR_OFF, words=grasp.gripper_type
         )
 
+    def _not_held(self, grasp: Grasp, finger_length_mm: float) -> list[Shortage]:
+        """What holding lacks: of jaws the coefficient of friction from which on some grip force holds, where none does."""
+        if self._holder.model is None:
+            return self._friction(grasp, finger_length_mm)
+        touching = self._holder.contacts(grasp, self._around.surface, self._hand, finger_length_mm)
+        if isinstance(touching, Rejection):
+            return []
+        held = self._holder.hold(grasp, touching, self._attempt.radius_mm, self._around.load, self._around.component)
+        return [_said(held)] if isinstance(held, Rejection) else []
+
     def _friction(self, grasp: Grasp, finger_length_mm: float) -> list[Shortage]:
-        """The coefficient of friction from which on some grip force holds, where none does."""
-        around = self._around
-        touching = contacts(grasp, around.surface, self._hand, finger_length_mm, around.min_contact_mm)
+        around, friction = self._around, self._around.component.friction
+        touching = contacts(grasp, around.surface, self._hand, finger_length_mm, around.ctx.min_contact_mm)
         if not isinstance(touching, tuple):
             return []
 
         def held(friction: float) -> bool:
-            held = hold(grasp, touching, self._attempt.radius_mm, around.load, friction, around.pad)
+            held = hold(grasp, touching, self._attempt.radius_mm, around.load, friction, around.ctx.pad)
             return bool(np.isfinite(held.required_force_N))
 
-        if held(around.friction):
+        if held(friction):
             return []
-        low, high = around.friction, _FRICTION_MAX
+        low, high = friction, _FRICTION_MAX
         while held(high) and high - low > 0.005:
             middle = (low + high) / 2.0
             low, high = (low, middle) if held(middle) else (middle, high)
@@ -245,12 +260,17 @@ class Gauge:
             Shortage(
                 code="not-held",
                 quantity="friction",
-                found=around.friction,
+                found=friction,
                 limit=high,
-                amount=high - around.friction,
+                amount=high - friction,
                 unit="",
             )
         ]
+
+
+def _said(why: Rejection) -> Shortage:
+    """What a holding plug-in refuses, in its own words: its figures are in the sentence."""
+    return Shortage(code=why.code, quantity="hold", found=0.0, limit=1.0, amount=1.0, unit="", rank=FAR_OFF, words=why.detail)
 
 
 def _side(volume: Volume, normal: FloatArray, grip: str) -> str:
@@ -260,6 +280,6 @@ def _side(volume: Volume, normal: FloatArray, grip: str) -> str:
         return "rim" if axis < 2 else "front" if normal[2] > 0.0 else "back"
     if axis == 2:
         return "tip" if normal[2] > 0.0 else "back"
-    if axis == 1:
+    if axis == 1 or grip == SURFACE:
         return "side"
     return "outer face" if (normal[0] > 0.0) == (grip == EXTERNAL) else "gripping face"

@@ -5,18 +5,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gripwright.design.contact import Contact, Surface, contacts, forbidden_touch, seat
+from gripwright.design.contact import forbidden_touch
 from gripwright.design.finger_lengths import length_max, length_min
 from gripwright.design.gauge import Circumstances, Envelopes
 from gripwright.design.hand_check import HandCheck, Miss, OperationScene
-from gripwright.design.holding import hold
+from gripwright.design.holder import Holder, Models, least_length_mm
 from gripwright.design.holding_load import operation_load
-from gripwright.design.tapered_hand import leaving_mm, shortest_finger_mm
+from gripwright.design.tapered_hand import leaving_mm
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import FreeGrasp, Grasp
+from gripwright.domain.grasp import FreeGrasp, Grasp, letting_go
+from gripwright.domain.holding import Contact
 from gripwright.domain.shape import FloatArray, Mesh
+from gripwright.geometry.held_surface import Surface
 from gripwright.geometry.measures import submesh
 from gripwright.plugin_api import HandModel, RunContext
 
@@ -41,8 +43,10 @@ class HeldComponent:
 class GraspJudge:
     """Judges one grasp after the other against one operation."""
 
-    def __init__(self, held: HeldComponent, scene: OperationScene, envelopes: Envelopes, ctx: RunContext) -> None:
-        self._scene, self._envelopes, self._ctx = scene, envelopes, ctx
+    def __init__(
+        self, held: HeldComponent, scene: OperationScene, envelopes: Envelopes, ctx: RunContext, models: Models | None = None
+    ) -> None:
+        self._scene, self._envelopes, self._ctx, self._models = scene, envelopes, ctx, models or {}
         self.held = held
         self._load = operation_load(scene.motion, scene.X_PC, held.centroid_C, held.mass_kg, held.force_N)
         self._surface = Surface(held.solid)
@@ -56,10 +60,10 @@ class GraspJudge:
             surface=self._surface,
             regions=self._regions,
             load=self._load,
-            friction=held.component.friction,
-            min_contact_mm=ctx.min_contact_mm,
+            component=held.component,
             envelopes=envelopes,
-            pad=ctx.pad,
+            models=self._models,
+            ctx=ctx,
         )
 
     def first_free(
@@ -74,7 +78,7 @@ class GraspJudge:
         left, in_full = list(grasps), 0
         for enough in np.cumsum(_ENOUGH_TURNING if check.turning else _ENOUGH).tolist():
             done = 0
-            for grasp, rough in zip(left, check.roughs(left, self._ctx.min_contact_mm), strict=True):
+            for grasp, rough in zip(left, check.roughs(left, least_length_mm(hand, self._ctx)), strict=True):
                 if len(free) == enough or (rough is None and in_full == most_in_full):
                     break
                 in_full += rough is None
@@ -87,12 +91,15 @@ class GraspJudge:
             left = [] if in_full == most_in_full else sorted(left[done:], key=self._off_centre_mm)
         return free, misses
 
+    def _holder(self, grasp: Grasp) -> Holder:
+        return Holder(model=self._models.get(grasp.gripper_type), ctx=self._ctx)
+
     def _off_centre_mm(self, grasp: Grasp) -> float:
         return float(np.linalg.norm(grasp.X_CG[:3, 3] - self.held.centroid_C))
 
     def _judge(self, grasp: Grasp, hand: HandModel, check: HandCheck, radius_mm: float) -> FreeGrasp | Miss:
-        tips = self._ctx.min_contact_mm
-        seated = seat(grasp, self._surface, hand)
+        tips, holder = least_length_mm(hand, self._ctx), self._holder(grasp)
+        seated = holder.seat(grasp, self._surface, hand)
         if isinstance(seated, Rejection):
             return Miss(stage=5, code=seated.code, detail=seated.detail)
         touched = forbidden_touch(seated, self._regions, hand, tips)
@@ -102,11 +109,11 @@ class GraspJudge:
         if len(widths) == 0:
             detail = f"no actuator at hand holds {seated.gripper_type} at {seated.opening_width_mm:.2f} mm"
             return Miss(stage=6, code="too-wide", detail=detail)
-        lengths, miss = length_min(check, seated, widths, max(tips, shortest_finger_mm(hand)))
+        lengths, miss = length_min(check, seated, widths, tips)
         if miss is not None:
             return miss
         least = float(lengths[0])
-        touching = contacts(seated, self._surface, hand, least, self._ctx.min_contact_mm)
+        touching = holder.contacts(seated, self._surface, hand, least)
         if isinstance(touching, Rejection):
             return Miss(stage=7, code=touching.code, detail=touching.detail)
         longest, miss = length_max(check, seated, least)
@@ -130,17 +137,16 @@ class GraspJudge:
         touched = forbidden_touch(grasp, self._regions, hand, reach)
         if touched is not None:
             return Miss(stage=9, code=touched.code, detail=touched.detail)
-        held = hold(grasp, touching, radius_mm, self._load, self.held.component.friction, self._ctx.pad)
-        if not np.isfinite(held.required_force_N):
-            detail = f"no grip force holds it: at friction {self.held.component.friction:g} the squeezed surfaces slip out"
-            return Miss(stage=10, code="not-held", detail=detail)
+        held = self._holder(grasp).hold(grasp, touching, radius_mm, self._load, self.held.component)
+        if isinstance(held, Rejection):
+            return Miss(stage=10, code=held.code, detail=held.detail)
         return FreeGrasp(
             grasp=grasp,
             envelopes_mm=envelopes,
             finger_length_min_mm=lengths,
             finger_length_max_mm=longest,
             release_opening_mm=grasp.opening_width_mm
-            + (1.0 if grasp.grip == "external" else -1.0) * (self._scene.release_clearance_mm + leaving_mm(hand)),
+            + letting_go(grasp.grip) * (self._scene.release_clearance_mm + leaving_mm(hand)),
             rise=float((self._scene.motion[-1] @ self._scene.X_PC @ grasp.X_CG)[2, 2]),
             gap_mm=check.gap(grasp, reach, 10.0),
             hold=held,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gripwright.design.catalogue import actuator_envelope_mm, opening_reference_mm
+from gripwright.domain.grasp import SURFACE
 from gripwright.domain.gripper import Actuator, FingerDesign, Gripper, JawInterface
 from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.geometry.frames import transform
@@ -82,13 +83,16 @@ def jaw_of(actuator: Actuator) -> JawInterface:
 def body_shape(gripper: Gripper, hand: HandModel, measures: BodyMeasures, jaw: JawInterface) -> "brep.Shape":
     """Actuator and jaws as one exact solid that stands still: each jaw fills what it sweeps over the opening range.
 
-    Guides join the jaws to a body narrower than their travel. Jaws and guides keep to the palm envelope.
+    What holds by a face has no jaws: the body itself carries it. Guides join the jaws to a body narrower than their travel.
+    Jaws and guides keep to the palm envelope.
     """
     from gripwright.geometry import brep
 
     swept = (jaw_radius_mm(gripper, gripper.opening_min_mm), jaw_radius_mm(gripper, gripper.opening_max_mm) + jaw.depth_mm)
     front, back = measures.front_mm, measures.front_mm - jaw.height_mm
     shape = _actuator(gripper, measures, jaw)
+    if gripper.grip == SURFACE:
+        return brep.single_solid(shape)
     room = brep.cylinder_z(0.0, 0.0, gripper.envelope_mm, back - _GUIDE_MM, front)
     for X_GF in hand.finger_poses(gripper.opening_max_mm):
         shape = brep.fuse(shape, brep.common(_bar(X_GF, swept, jaw.width_mm, back, front), room))
@@ -106,7 +110,8 @@ def gripper_parts(
     front, back = measures.front_mm, measures.front_mm - jaw.height_mm
     poses = hand.finger_poses(opening_width_mm)
     body = brep.tessellate(_actuator(gripper, measures, jaw))
-    jaws = [brep.tessellate(_bar(X, (radius, radius + jaw.depth_mm), jaw.width_mm, back, front)) for X in poses]
+    carried = () if gripper.grip == SURFACE else poses
+    jaws = [brep.tessellate(_bar(X, (radius, radius + jaw.depth_mm), jaw.width_mm, back, front)) for X in carried]
     bonded = finger.bonded
     fingers = placed_fingers(finger.mesh if bonded is None else bonded.bare.mesh, poses)
     pads = [] if bonded is None else placed_fingers(bonded.pad.mesh, poses)
@@ -131,7 +136,7 @@ def reach_mm(mesh: Mesh, axis_x_mm: float = 0.0) -> float:
 def _actuator(gripper: Gripper, measures: BodyMeasures, jaw: JawInterface) -> "brep.Shape":
     from gripwright.geometry import brep
 
-    front = measures.front_mm - jaw.height_mm
+    front = measures.front_mm - (0.0 if gripper.grip == SURFACE else jaw.height_mm)
     back = min(measures.front_mm - measures.length_mm, front - _HOUSING_MIN_MM)
     if gripper.fingers != 2:
         return brep.cylinder_z(0.0, 0.0, measures.diameter_mm / 2.0, back, front)

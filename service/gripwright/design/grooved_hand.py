@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from gripwright.design.holder import sized_hand
 from gripwright.design.tapered_hand import tapered
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL
 from gripwright.domain.gripper import ConvexSolid, Gripper
@@ -57,5 +58,7 @@ class GroovedHand:
 
 
 def hand_of(gripper: Gripper, hand: HandModel) -> HandModel:
-    """The hand of a gripper of that type, its tips as they are shaped."""
-    return tapered(hand, gripper.taper_rad) if gripper.groove is None else GroovedHand(hand, gripper.groove)
+    """The hand of a gripper of that type: its tips as they are shaped, or its face of that size."""
+    if gripper.groove is not None:
+        return GroovedHand(hand, gripper.groove)
+    return tapered(sized_hand(hand, gripper.opening_max_mm), gripper.taper_rad)

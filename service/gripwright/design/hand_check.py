@@ -4,6 +4,8 @@ The hand's volumes: each finger closed on the component along the motion; its op
 direction, and in by the same way at the start; the palm behind z = −L with everything behind it, as far as `BEHIND_MM`.
 Every volume is convex, neighbours overlap, and the way out leads beyond the scene: where none crosses a surface, none lies
 inside a solid either. FCL's answer about surfaces is therefore an answer about solids.
+
+A hand that holds by a face does not close: its closed finger may touch with its front z = 0 alone, and it leaves as it stands.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,7 +16,7 @@ import numpy as np
 from gripwright.design.motion import sampled
 from gripwright.design.sweeps import Sweeps
 from gripwright.design.tapered_hand import leaving_mm, way_out
-from gripwright.domain.grasp import EXTERNAL, Grasp
+from gripwright.domain.grasp import EXTERNAL, SURFACE, Grasp, letting_go
 from gripwright.domain.shape import FloatArray, IntArray
 from gripwright.geometry.collision import ConvexShape, Scene
 from gripwright.geometry.polytope import Faces, Polytope
@@ -24,7 +26,9 @@ from gripwright.plugin_api import HandModel
 BEHIND_MM = 300.0  # actuator, tool changer and wrist: nothing may come nearer to the palm's back
 LENGTH_LIMIT_MM = 250.0  # longer fingers are not considered
 _FAR_STEP_MM = 100.0  # so that bodies which change a little leave the shapes of all others as they were
-ENTER_MM = 0.004  # the closed finger's gripping surface is drawn back by this against the component that it touches
+ENTER_MM = (
+    0.004  # the gripping surface of a closed finger, or a face, is drawn back by this against the component that it touches
+)
 ROUGH_MM = 0.3  # before the grasp is seated
 _TOGETHER = 256  # grasps that are reckoned together
 
@@ -71,7 +75,7 @@ class HandCheck:
         self._start, self._end = scene.motion[0], scene.motion[-1]
         self._glances = sampled(scene.motion[[0, -1]], 4)[:0:-1]  # from the end, where things are close
         self._fingers: dict[tuple[str, float], list[FloatArray]] = {}
-        self._ways: dict[str, list[FloatArray]] = {}
+        self._ways: dict[tuple[str, float], list[FloatArray]] = {}
         self._palms: dict[float, list[tuple[Polytope, Faces]]] = {}
 
     def rough(self, grasp: Grasp, tips_mm: float) -> Miss | None:
@@ -90,9 +94,10 @@ class HandCheck:
     def _misses(self, grasps: Sequence[Grasp], length_mm: float, draw_back_mm: float) -> list[Miss | None]:
         """For each grasp the first thing that its fingers hit, or None."""
         among = _Candidates(grasps, self.hand)
-        self._leave_attached(among)
+        way_out = self._way_out(among.grasp, length_mm)
+        self._leave_attached(among, way_out)
         self._closed_attached(among, length_mm, draw_back_mm)
-        self._leave_standing(among)
+        self._leave_standing(among, way_out)
         self._along_motion(among, length_mm)
         return among.misses
 
@@ -128,12 +133,6 @@ class HandCheck:
             self._fingers[key] = [solid.vertices_mm for solid in self.hand.finger(length_mm, grasp.grip)]
         return self._fingers[key]
 
-    def way_out(self, grasp: Grasp) -> list[FloatArray]:
-        """What a finger passes through on its way out beyond the scene, frame F."""
-        if grasp.grip not in self._ways:
-            self._ways[grasp.grip] = [solid.vertices_mm for solid in way_out(self.hand, self.far_mm, grasp.grip)]
-        return self._ways[grasp.grip]
-
     def closing(self, grasp: Grasp, vertices: FloatArray, draw_back_mm: float) -> FloatArray:
         """What a finger's solid passes through as it closes on the component, but for the layer next to it, frame F."""
         return drawn_back(self.opening(grasp, vertices), draw_back_mm, grasp)
@@ -144,16 +143,23 @@ class HandCheck:
 
     # --- volumes -------------------------------------------------------------------------------------------------------
 
+    def _way_out(self, grasp: Grasp, length_mm: float) -> list[FloatArray]:
+        """What a finger passes through on its way out beyond the scene, frame F."""
+        way_mm = way_length_mm(grasp, length_mm, self.far_mm)
+        key = (grasp.grip, way_mm)
+        if key not in self._ways:
+            self._ways[key] = [solid.vertices_mm for solid in way_out(self.hand, way_mm, grasp.grip)]
+        return leaving(self._ways[key], grasp, self.far_mm)
+
     def _out(self, grasp: Grasp) -> float:
         """Way of each gripping surface while the hand lets go, along the finger's +x."""
-        half = (self.scene.release_clearance_mm + leaving_mm(self.hand)) / 2.0
-        return half if grasp.grip == EXTERNAL else -half
+        return letting_go(grasp.grip) * (self.scene.release_clearance_mm + leaving_mm(self.hand)) / 2.0
 
-    def _leave_attached(self, among: "_Candidates") -> None:
+    def _leave_attached(self, among: "_Candidates", way_out: Sequence[FloatArray]) -> None:
         out, attached = self._out(among.grasp), self.scene.attached
-        for number, vertices in among.each_finger(self.way_out(among.grasp)):
+        for number, vertices in among.each_finger(way_out):
             grown = dilated(vertices + np.array([out, 0.0, 0.0]), min(self.scene.margin_mm, abs(out) * 0.8))
-            if self.scene.release_clearance_mm == 0.0:
+            if out == 0.0:
                 grown = drawn_back(grown, ROUGH_MM, among.grasp)
             hits = attached.first_hits(self._cached(grown), among.X_CF(number))
             among.drop(hits, attached.names, 0, f"open finger {number} cannot reach the surface past {{}}")
@@ -165,10 +171,10 @@ class HandCheck:
             hits = attached.first_hits(self._cached(opened), among.X_CF(number))
             among.drop(hits, attached.names, 1, f"finger {number} would enter {{}} while it closes")
 
-    def _leave_standing(self, among: "_Candidates") -> None:
+    def _leave_standing(self, among: "_Candidates", way_out: Sequence[FloatArray]) -> None:
         standing = self.scene.standing
         for place, words in ((self._end, "after the operation"), (self._start, "before the operation")):
-            for number, vertices in among.each_finger(self.way_out(among.grasp)):
+            for number, vertices in among.each_finger(way_out):
                 opened = dilated(vertices + np.array([self._out(among.grasp), 0.0, 0.0]), self.scene.margin_mm)
                 hits = standing.first_hits(self._cached(opened), place @ self.scene.X_PC @ among.X_CF(number))
                 among.drop(hits, standing.names, 2, f"open finger {number} hits {{}} {words}")
@@ -215,8 +221,21 @@ class _Candidates:
         self._left = self._left[hits < 0]
 
 
+def way_length_mm(grasp: Grasp, length_mm: float, far_mm: float) -> float:
+    """The length of finger that is asked for a way out: a stem is long enough to hold all of it, a face is swept along it."""
+    return length_mm if grasp.grip == SURFACE else far_mm
+
+
+def leaving(solids: Sequence[FloatArray], grasp: Grasp, far_mm: float) -> list[FloatArray]:
+    """What a finger's solids (of `way_length_mm`) pass through on their way out along the approach direction, frame F."""
+    out = np.array([0.0, 0.0, -far_mm])
+    return [swept(vertices, out) for vertices in solids] if grasp.grip == SURFACE else list(solids)
+
+
 def drawn_back(vertices: FloatArray, by_mm: float, grasp: Grasp) -> FloatArray:
     """The finger without the layer next to its gripping surface, which may be hollow."""
+    if grasp.grip == SURFACE:
+        return np.asarray(np.minimum(vertices, [np.inf, np.inf, -by_mm]))
     if grasp.grip == EXTERNAL:
         return np.asarray(np.minimum(vertices + np.array([by_mm, 0.0, 0.0]), [vertices[:, 0].max(), np.inf, np.inf]))
     return np.maximum(vertices - [by_mm, 0.0, 0.0], [vertices[:, 0].min(), -np.inf, -np.inf])  # a nose is drawn back whole

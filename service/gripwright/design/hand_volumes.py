@@ -9,11 +9,19 @@ from itertools import pairwise
 
 import numpy as np
 
-from gripwright.design.hand_check import BEHIND_MM, LENGTH_LIMIT_MM, ROUGH_MM, OperationScene, drawn_back
+from gripwright.design.hand_check import (
+    BEHIND_MM,
+    LENGTH_LIMIT_MM,
+    ROUGH_MM,
+    OperationScene,
+    drawn_back,
+    leaving,
+    way_length_mm,
+)
 from gripwright.design.motion import path_mm, sampled, stretches
 from gripwright.design.sweeps import step_solid
 from gripwright.design.tapered_hand import leaving_mm, way_out
-from gripwright.domain.grasp import EXTERNAL, Grasp
+from gripwright.domain.grasp import Grasp, letting_go
 from gripwright.domain.gripper import ConvexSolid
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.collision import ConvexShape, PlacedSurface, Scene
@@ -103,11 +111,11 @@ class HandVolumes:
             self._shapes[key] = ConvexShape(vertices), Halfspaces(vertices)
         return self._shapes[key]
 
-    def reaching(self, grasp: Grasp) -> Iterator[Volume]:
+    def reaching(self, grasp: Grasp, finger_length_mm: float) -> Iterator[Volume]:
         """The open fingers on their way over the component, beside all that moves with it."""
         scene, out = self._scene, self._out(grasp)
         margin = min(scene.margin_mm, abs(out[0]) * 0.8)
-        for part, vertices, X_GF in self._each(grasp, way_out(self._hand, self._far, grasp.grip)):
+        for part, vertices, X_GF in self._leaving(grasp, finger_length_mm):
             grown = dilated(vertices + out, margin)
             if not out.any():
                 grown = drawn_back(grown, ROUGH_MM, grasp)
@@ -119,9 +127,9 @@ class HandVolumes:
             opened = drawn_back(swept(vertices, self._out(grasp)), draw_back_mm, grasp)
             yield self._attached(part, CLOSING, 0.0, opened, grasp.X_CG @ X_GF)
 
-    def leaving(self, grasp: Grasp) -> Iterator[Volume]:
+    def leaving(self, grasp: Grasp, finger_length_mm: float) -> Iterator[Volume]:
         """The open fingers on their way out at the end, and in at the start."""
-        for part, vertices, X_GF in self._each(grasp, way_out(self._hand, self._far, grasp.grip)):
+        for part, vertices, X_GF in self._leaving(grasp, finger_length_mm):
             grown = dilated(vertices + self._out(grasp), self._scene.margin_mm)
             for phase, place in ((LEAVING, self._scene.motion[-1]), (TAKING_UP, self._scene.motion[0])):
                 yield self._standing(part, phase, grown, place, grasp.X_CG @ X_GF)
@@ -177,8 +185,15 @@ class HandVolumes:
         return np.concatenate([vertices, vertices + share * (moved - vertices)])
 
     def _out(self, grasp: Grasp) -> FloatArray:
-        half = (self._scene.release_clearance_mm + leaving_mm(self._hand)) / 2.0
-        return np.array([half if grasp.grip == EXTERNAL else -half, 0.0, 0.0])
+        out_mm = letting_go(grasp.grip) * (self._scene.release_clearance_mm + leaving_mm(self._hand)) / 2.0
+        return np.array([out_mm, 0.0, 0.0])
+
+    def _leaving(self, grasp: Grasp, finger_length_mm: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:
+        """As `_fingers`, of what they pass through on their way out."""
+        solids = way_out(self._hand, way_length_mm(grasp, finger_length_mm, self._far), grasp.grip)
+        for part, vertices, X_GF in self._each(grasp, solids):
+            (way,) = leaving([vertices], grasp, self._far)
+            yield part, way, X_GF
 
     def _fingers(self, grasp: Grasp, finger_length_mm: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:
         return self._each(grasp, self._hand.finger(finger_length_mm, grasp.grip))

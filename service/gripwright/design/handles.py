@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from gripwright.design.actuation import ActuatorClass, HoldPolicy, Shortfall
-from gripwright.domain.grasp import FreeGrasp, Hold, OperationVerdict
-from gripwright.domain.gripper import Actuator, GripperParameters, Handle
+from gripwright.domain.grasp import SURFACE, FreeGrasp, Hold, OperationVerdict
+from gripwright.domain.gripper import GripperParameters, Handle
 from gripwright.domain.preference import weight
 
 _BELOW = 0.3  # sine of the angle from which a hand counts as coming from below
@@ -65,6 +65,7 @@ def best_handle(
         held for held in grasps if kind.serves(held.free) and _holds(parameters, kind, held.free, release_clearance_mm, policy)
     ]
     best = min(able, key=_preference)  # a gripper is asked only for what the optimum says that it holds
+    force_N = policy.grip_force_N(kind.actuator, best.free.grasp.opening_width_mm)
     return Handle(
         operation=operation,
         component=best.component,
@@ -74,7 +75,8 @@ def best_handle(
         grasp=best.free.grasp,
         gap_mm=best.free.gap_mm,
         hold=best.free.hold,
-        safety_factor=safety_factor(kind.actuator, best.free.hold),
+        safety_factor=safety_factor(force_N, best.free.hold),
+        grip_force_N=force_N if kind.grip == SURFACE else None,
         preferences=best.free.preferences,
     )
 
@@ -102,7 +104,7 @@ def _preference(held: HeldGrasp) -> tuple[float, ...]:
     )
 
 
-def safety_factor(actuator: Actuator, hold: Hold) -> float | None:
-    """The actuator's grip force over the force that friction needs; None: not known, or nothing is needed."""
+def safety_factor(grip_force_N: float | None, hold: Hold) -> float | None:
+    """The grip force over the force that holding needs; None: not known, or nothing is needed."""
     required_N = hold.required_force_N
-    return None if actuator.grip_force_N is None or required_N <= 0.0 else actuator.grip_force_N / required_N
+    return None if grip_force_N is None or required_N <= 0.0 else grip_force_N / required_N

@@ -16,12 +16,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gripwright.design.contact import Contact
 from gripwright.design.gripping_surface import GrippingSurface
-from gripwright.design.holding_load import Load, wrenches
 from gripwright.domain.grasp import Grasp, Hold
+from gripwright.domain.holding import Contact, Load
 from gripwright.domain.pad import PAD, Pad
 from gripwright.domain.shape import CurvedPrimitive, FloatArray, Primitive
+from gripwright.geometry.wrenches import wrenches
 
 _TILT = 1.0 / 3.0  # of a patch's extent: how far the pressure's resultant may shift, so that at least half stays pressed
 _PARABOLA = np.sqrt(0.6)  # width of the even pressure whose second moment is that of a parabolic one, as its share

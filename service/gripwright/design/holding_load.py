@@ -1,28 +1,13 @@
 """The loads of an operation on a grasp: weight and acceleration while it is carried, the insertion force at its end."""
 
-from dataclasses import dataclass
-from functools import cache
-
 import numpy as np
 
 from gripwright.design.motion import sampled
+from gripwright.domain.holding import Load
 from gripwright.domain.shape import FloatArray
 
-GRAVITY_M_S2 = 9.81
-ACCELERATION_M_S2 = 5.0  # of the robot while it carries, any direction
 _POSES = 12  # along a motion that turns the component
 _STILL = 1e-9
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Load:
-    """What an operation asks of a grasp, seen from the held component. It is the same for all its grasps."""
-
-    mass_kg: float  # of everything that moves
-    force_N: float  # insertion force
-    centroid_C: FloatArray  # (3,) of everything that moves
-    gravity_C: FloatArray  # (g, 3) unit directions that the weight takes along the motion, the last at its end
-    insertion_C: FloatArray  # (2, 3) where the insertion force acts, and the unit direction of the motion there, at its end
 
 
 def operation_load(
@@ -52,26 +37,6 @@ def operation_load(
     )
 
 
-def wrenches(load: Load, about_C: FloatArray, R_CG: FloatArray) -> FloatArray:
-    """All wrenches (k, 6) that the grasp has to hold: force in N and moment in N·mm about a point, component frame.
-
-    Carried: weight and acceleration, in 98 directions about the hand and along the weight. Inserted, slowly: the insertion
-    force, with the weight and with a weight that the seat bears.
-    """
-    ways = _directions() @ R_CG.T
-    along = np.concatenate([load.gravity_C, -load.gravity_C])
-    pulls = np.concatenate([ways, along]) * ACCELERATION_M_S2
-    carried = (load.mass_kg * (GRAVITY_M_S2 * load.gravity_C[:, None] + pulls)).reshape(-1, 3)
-    point, direction = load.insertion_C
-    inserted = _wrench(-load.force_N * direction, point - about_C)
-    weight = _wrench(load.mass_kg * GRAVITY_M_S2 * load.gravity_C[-1], load.centroid_C - about_C)
-    return np.vstack([_wrench(carried, load.centroid_C - about_C), inserted, inserted + weight])
-
-
-def _wrench(forces: FloatArray, arm: FloatArray) -> FloatArray:
-    return np.concatenate([forces, np.cross(arm, forces)], axis=-1)
-
-
 def _distinct(directions: FloatArray, but: FloatArray) -> FloatArray:
     """The directions without repetition, and without `but`."""
     kept = [row for row in directions if np.linalg.norm(row - but) > 1e-6]
@@ -86,11 +51,3 @@ def _last_direction(places: FloatArray, X_PC: FloatArray, down_C: FloatArray) ->
     if not len(moved):
         return down_C
     return np.asarray(X_PC[:3, :3].T @ ways[moved[-1]] / lengths[moved[-1]])
-
-
-@cache
-def _directions() -> FloatArray:
-    """98 unit vectors, at most 15° from any other direction: the weight and acceleration they miss is below 2 %."""
-    grid = np.stack(np.meshgrid(*[np.arange(-2.0, 3.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    shell = grid[np.abs(grid).max(axis=1) == 2.0]
-    return np.asarray(shell / np.linalg.norm(shell, axis=1, keepdims=True))

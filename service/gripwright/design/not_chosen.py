@@ -9,7 +9,8 @@ import numpy as np
 from gripwright.design.actuation import ActuatorClass, Shortfall
 from gripwright.design.catalogue import mass_or_default_kg
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import EXTERNAL, GraspConstraint
+from gripwright.domain.grasp import INTERNAL, GraspConstraint
+from gripwright.domain.grasp import clearance_mm as clearance_of
 from gripwright.domain.gripper import BOUND_TOLERANCE_MM as SLACK
 from gripwright.domain.gripper import Actuator, Gripper
 from gripwright.domain.preference import Preference
@@ -99,7 +100,12 @@ def _dearer(actuator: Actuator, chosen: Actuator, offers: Offers) -> Rejection:
 def _holds_all(key: str, kind: ActuatorClass, operations: Sequence[str], offers: Offers) -> bool:
     """Whether one gripper of a class can hold all operations (Eq. (2) of the paper, at the critical values)."""
     rows = [
-        (index, one.opening_width_mm, max(one.release_clearance_mm, offers.release_clearance_mm), *_lengths(one))
+        (
+            index,
+            one.opening_width_mm,
+            clearance_of(kind.grip, one.release_clearance_mm, offers.release_clearance_mm),
+            *_lengths(one),
+        )
         for index, operation in enumerate(operations)
         for one in offers.constraints[operation]
         if one.gripper_type == key
@@ -107,7 +113,7 @@ def _holds_all(key: str, kind: ActuatorClass, operations: Sequence[str], offers:
     if {row[0] for row in rows} != set(range(len(operations))):
         return False
     operation, width_mm, clearance_mm, low_mm, high_mm = np.array(rows, dtype=np.float64).T  # (n,)
-    outwards = width_mm if kind.grip == EXTERNAL else -width_mm
+    outwards = -width_mm if kind.grip == INTERNAL else width_mm
     for reach_mm in np.unique(outwards + clearance_mm):
         within = (outwards + clearance_mm <= reach_mm + SLACK) & (reach_mm <= outwards + kind.actuator.stroke_mm + SLACK)
         if len(np.unique(operation[within])) < len(operations):

@@ -7,7 +7,8 @@ from typing import Any
 from gripwright.design import catalogue
 from gripwright.design.plan import OwnedGripper
 from gripwright.domain.errors import Fault, InvalidPlan
-from gripwright.domain.gripper import Actuator, Gripper
+from gripwright.domain.grasp import SURFACE
+from gripwright.domain.gripper import NO_STROKE, Actuator, Gripper
 from gripwright.plugin_api import HandModel
 
 _STATED_MM = 4.9e-5
@@ -98,4 +99,5 @@ def _gripper(owned: OwnedGripper, actuator: Actuator, hand: HandModel) -> Grippe
 def _unnamed(owned: OwnedGripper) -> Actuator:
     """What is known of the actuator of an owned gripper that names none."""
     stroke_mm = owned.opening_max - owned.opening_min
-    return Actuator(maker="", model=owned.name, gripper_type=owned.gripper_type, stroke_mm=stroke_mm)
+    basis = NO_STROKE if owned.grip == SURFACE else "total"
+    return Actuator(maker="", model=owned.name, gripper_type=owned.gripper_type, stroke_mm=stroke_mm, stroke_basis=basis)

@@ -9,7 +9,8 @@ from gripwright.domain.gripper import Gripper, Handle
 
 def pad_compression(handle: Handle, cad: GripperCad) -> float | None:
     """The share of its thickness by which the required grip force presses a pad, on average over its contact; None: no pad."""
-    if cad.finger.bonded is None or handle.hold.contact_area_mm2 <= 0.0:
+    bonded = cad.finger.bonded
+    if bonded is None or bonded.bought is not None or handle.hold.contact_area_mm2 <= 0.0:
         return None
     pad = cad.spec.pad
     pressure_MPa = handle.hold.required_force_N / handle.hold.contact_area_mm2  # forces and areas of all fingers together

@@ -7,7 +7,7 @@ import numpy as np
 
 from gripwright.design.core_hand import core_hand
 from gripwright.design.hand_check import HandCheck, OperationScene
-from gripwright.domain.grasp import EXTERNAL, Grasp
+from gripwright.domain.grasp import EXTERNAL, SURFACE, Grasp
 from gripwright.domain.shape import BoolArray, FloatArray, IntArray
 from gripwright.geometry.frames import moved
 from gripwright.plugin_api import HandModel
@@ -74,7 +74,7 @@ class Places:
 def hopeless(places: Places, middles: Sequence[Grasp], hand: HandModel, scene: OperationScene, tips_mm: float) -> BoolArray:
     """Ranges in which every grasp collides, (n,): those whose fingers' common core does."""
     none = np.zeros(len(places), dtype=bool)
-    if len(places) == 0:
+    if len(places) == 0 or middles[0].grip == SURFACE:  # what a face passes through is no stem: neighbours have no common core
         return none
     opening = max(grasp.opening_width_mm for grasp in middles)
     core = core_hand(hand, middles[0].grip, opening, places.extents.max(axis=0) / 2.0)

@@ -23,7 +23,7 @@ class OwnedGripper(BaseModel):
 
     name: str = Field(min_length=1, max_length=200)
     gripper_type: str = Field(min_length=1, max_length=200)
-    grip: Literal["external", "internal"] = "external"
+    grip: Literal["external", "internal", "surface"] = "external"
     opening_min: Length
     opening_max: Length
     finger_length: Length
@@ -74,7 +74,10 @@ class Plan(BaseModel):
     hands: tuple[str, ...] = Field(("centric_3", "parallel_2"), min_length=1, description="keys of the hand models")
     planners: tuple[str, ...] = Field(("axial", "facet_pairs"), min_length=1, description="keys of the grasp planners")
     optimizer: str = Field("set_cover", description="key of the gripper-set optimiser")
-    finger: str = Field("straight", description="key of the finger designer")
+    holding: tuple[str, ...] = Field((), description="keys of the holding models, of gripper types that close no jaws")
+    finger: str | tuple[str, ...] = Field(
+        "straight", description="key of the finger designer, or of several for different gripper types"
+    )
     policies: tuple[str, ...] = Field((), description="keys of the house's policies: they forbid and prefer grips and actuators")
     actuators: Literal["all", "paper"] | tuple[str, ...] = Field(
         "all", description="the catalogue, the paper's two air chucks, or a list of maker/model"
@@ -93,6 +96,13 @@ class Plan(BaseModel):
     finest_step: float = Field(0.65, gt=0, le=100, description="mm between grasps at the finest")
     seed: int = Field(0, ge=0, description="of everything that is random")
     params: dict[str, dict[str, Any]] = Field(default_factory=dict, description="plug-in key → parameters")
+
+    @field_validator("finger")
+    @classmethod
+    def _one_by_its_key(cls, finger: str | tuple[str, ...]) -> str | tuple[str, ...]:
+        if not finger:
+            raise ValueError("no finger designer is named")
+        return finger[0] if isinstance(finger, tuple) and len(finger) == 1 else finger
 
     @field_validator("owned")
     @classmethod

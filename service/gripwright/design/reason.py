@@ -8,7 +8,7 @@ from gripwright.design.hand_check import LENGTH_LIMIT_MM, OperationScene
 from gripwright.design.hand_volumes import CLOSING, LEAVING, MOTION, OPENING, TAKING_UP
 from gripwright.design.motion import stretches
 from gripwright.design.nearest_miss import Closest
-from gripwright.domain.grasp import CENTRIC_3, INTERNAL, Grasp, GripRequirement, NearestMiss
+from gripwright.domain.grasp import CENTRIC_3, INTERNAL, SURFACE, Grasp, GripRequirement, NearestMiss
 from gripwright.domain.shape import Cylinder
 
 _TOUCHING_MM = 0.005
@@ -75,6 +75,8 @@ def held_with(grasp: Grasp, segment: int) -> str:
 
 
 def _gripped(opening_width_mm: float, grip: str, is_round: bool, segment: int) -> str:
+    if grip == SURFACE:
+        return f"held by a face of Ø{opening_width_mm:.1f} mm (segment {segment}),"
     where = "across " if not is_round else "from inside Ø" if grip == INTERNAL else "on Ø"
     return f"gripped {where}{opening_width_mm:.1f} mm (segment {segment}),"
 
@@ -100,6 +102,8 @@ def _what(closest: Closest, held: str, scene: OperationScene) -> str:
             return f"{shortage.part} would reach {mm(shortage.amount)} over {shortage.words}, which must not be touched"
         case "opening":
             return f"no actuator at hand is of the type {shortage.words}"
+        case "hold":
+            return shortage.words
     return (
         f"no grip force would hold it: the fingers slip off at a coefficient of friction of {shortage.found:g}, "
         f"{shortage.limit:.2f} is needed"
@@ -110,8 +114,11 @@ def _collision(closest: Closest, held: str) -> str:
     shortage = closest.shortage
     body = "the component itself" if shortage.hit == held else f"'{shortage.hit}'"
     part = shortage.part or ""
+    if closest.grasp.grip == SURFACE and part.startswith("finger"):
+        part = "what holds it"
     if part == "the palm":
-        part = f"the palm (radius {closest.palm_radius_mm:.0f} mm), even behind fingers of {LENGTH_LIMIT_MM:.0f} mm,"
+        behind = "a stem" if closest.grasp.grip == SURFACE else "fingers"
+        part = f"the palm (radius {closest.palm_radius_mm:.0f} mm), even behind {behind} of {LENGTH_LIMIT_MM:.0f} mm,"
     if shortage.intrusion is not None and shortage.intrusion.whole and shortage.side in _WHOLE:
         size_mm = min(-shortage.found, shortage.intrusion.size_mm)
         return f"{part} would run into {body} with its whole {_WHOLE[shortage.side]} of {mm(size_mm)},"

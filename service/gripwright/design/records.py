@@ -101,9 +101,18 @@ def _encode(value: Any, blobs: bytearray) -> Any:
     if isinstance(value, Mapping):
         return {"$dict": [[_encode(key, blobs), _encode(item, blobs)] for key, item in value.items()]}
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = {field.name: _encode(getattr(value, field.name), blobs) for field in dataclasses.fields(value) if field.init}
+        fields = {
+            field.name: _encode(getattr(value, field.name), blobs)
+            for field in dataclasses.fields(value)
+            if _is_held(field, value)
+        }
         return {"$type": type_name(type(value)), "fields": fields}
     raise TypeError(f"a {type(value).__name__} cannot be stored in a record")
+
+
+def _is_held(field: "dataclasses.Field[Any]", value: Any) -> bool:
+    """Whether a record holds a field of a value (see `domain.later`)."""
+    return field.init and not ("later" in field.metadata and getattr(value, field.name) == field.default)
 
 
 def _decode(node: Any, types: RecordTypes, data: bytes, blobs: int) -> Any:

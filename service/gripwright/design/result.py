@@ -261,7 +261,7 @@ def _handle(handle: Handle, check: HandleReport, gripper: Gripper, cad: GripperC
         "grasp_pose": np.round(handle.grasp.X_CG, 9).tolist(),
         "gap": None if check.gap_mm is None else _mm(check.gap_mm),
         "hold": {
-            "grip_force": gripper.actuator.grip_force_N,
+            "grip_force": gripper.actuator.grip_force_N if handle.grip_force_N is None else _mm(handle.grip_force_N),
             "required_force": _mm(handle.hold.required_force_N),
             "safety_factor": None if handle.safety_factor is None else _mm(handle.safety_factor),
             "moment": _mm(handle.hold.moment_Nmm),

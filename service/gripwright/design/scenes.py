@@ -79,6 +79,8 @@ def held_component(
         X_PC=held.component.X_PC,
         density_kg_m3=held.component.density_kg_m3,
         friction=held.component.friction,
+        texture=held.component.texture,
+        ferrous=held.component.ferrous,
     )
     return HeldComponent(
         component=component,

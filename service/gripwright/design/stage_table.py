@@ -51,7 +51,7 @@ STAGES: Mapping[str, Stage] = {
         Stage(
             name="constraints",
             at=_AT,
-            uses=("hand", "planner"),
+            uses=("hand", "planner", "holding"),
             plan_fields=("plan", "finest_rotation", "finest_step", "pad", *_GRASPING),
             version=9,
             remembers=True,
@@ -59,13 +59,15 @@ STAGES: Mapping[str, Stage] = {
         Stage(
             name="select",
             at=_AT,
-            uses=("optimizer", "hand"),
+            uses=("optimizer", "hand", "holding"),
             plan_fields=("plan", "release_clearance", "finger_length_step", "safety_factor", "seed"),
             version=6,
         ),
         Stage(name="tips", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "pad", *_GRASPING)),
-        Stage(name="fingers", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "pad", "seed"), version=5),
-        Stage(name="verify", at=_AT, uses=("hand",), plan_fields=_GRASPING, version=5, remembers=True),
+        Stage(
+            name="fingers", at=_AT, uses=("finger", "hand", "holding"), plan_fields=("safety_factor", "pad", "seed"), version=5
+        ),
+        Stage(name="verify", at=_AT, uses=("hand", "holding"), plan_fields=_GRASPING, version=5, remembers=True),
         Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=10),
     )
 }

@@ -31,7 +31,7 @@ from gripwright.design.step_values import ComponentGrips, HouseActuators, Partic
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import Component, Obstacle, Operation
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import EXTERNAL, GripRequirement, OperationVerdict, SegmentVerdict
+from gripwright.domain.grasp import INTERNAL, GripRequirement, OperationVerdict, SegmentVerdict
 from gripwright.domain.gripper import Actuator, Gripper, without_handles
 from gripwright.domain.shape import Analysis, FloatArray, Mesh
 from gripwright.plugin_api import RunContext
@@ -116,7 +116,7 @@ def _requirements(primitives: Sequence[Any], reason: str, toolbox: Toolbox) -> t
     answers = [rules.requirements(primitive, toolbox.rules) for primitive in primitives]
     needs = [need for answer in answers if not isinstance(answer, Rejection) for need in answer]
     if needs:
-        return tuple(sorted(needs, key=lambda need: need.grip != EXTERNAL))  # a bore only where nothing is held from outside
+        return tuple(sorted(needs, key=lambda need: need.grip == INTERNAL))  # a bore only where nothing is held from outside
     refusals = [answer for answer in answers if isinstance(answer, Rejection)]
     return refusals[0] if refusals else Rejection("no-type", reason)
 
@@ -164,7 +164,7 @@ def _search(inputs: Mapping[str, Any], held: Participant, plan: Plan, toolbox: T
     assert held.grips is not None
     scene, component = _held_scene(inputs, held, plan)
     return ComponentSearch(
-        judge=GraspJudge(component, scene, _envelopes(inputs["actuators"], inputs["owned"]), ctx),
+        judge=GraspJudge(component, scene, _envelopes(inputs["actuators"], inputs["owned"]), ctx, toolbox.holding),
         asked=[(item, held.grips.segments[item.segment.id]) for item in held.analysis.segments],
         known=SceneMemory(inputs["memory"], scene),
         grippers=(inputs["actuators"], inputs["owned"]),
@@ -259,6 +259,8 @@ def _select(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCon
 
 def _tips(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Gripper:
     gripper: Gripper = inputs["gripper"]
+    if gripper.gripper_type not in toolbox.fingers:
+        return gripper
     places = []
     for handle, operation, verdict in zip(gripper.handles, inputs["operations"], inputs["verdicts"], strict=True):
         acted = {**operation, "operation": dataclasses.replace(operation["operation"], force_N=verdict.force_N)}
@@ -280,6 +282,8 @@ def _tips(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunConte
 def _fingers(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> Any:
     gripper: Gripper = inputs["gripper"]
     diameter, length = catalogue.body_size(gripper.actuator)
+    if gripper.gripper_type not in toolbox.fingers:
+        return Rejection("no-designer", f"the plan names no finger designer for {gripper.gripper_type}")
     return fingers.design_gripper_cad(
         gripper,
         toolbox.fingers[gripper.gripper_type],
@@ -290,6 +294,7 @@ def _fingers(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCo
         inputs["required_force"],
         plan.safety_factor,
         dataclasses.replace(ctx, pad=plan.pad.made),
+        toolbox.holding,
     )
 
 
@@ -305,7 +310,8 @@ def _verify(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCon
         hand, alone = hand_of(gripper, toolbox.hands[gripper.gripper_type]), without_handles(gripper)
         shapes = () if cad is None else (cad.finger.mesh, cad.body)
         check: Callable[..., verify.HandleReport] = verify.verify_handle if shapes else verify.verify_owned
-        finds = partial(check, alone, handle, *shapes, hand, scene, component.solid, ctx)
+        model = toolbox.holding.get(gripper.gripper_type)
+        finds = partial(check, alone, handle, *shapes, hand, scene, component.solid, ctx, model)
         made_from = (alone, handle, shapes, component.solid)
         reports.append(SceneMemory(inputs["memory"], scene).answer("handle", made_from, finds))
         ctx.progress(len(reports) / len(gripper.handles), f"{gripper.id}: {handle.operation}")

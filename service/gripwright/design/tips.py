@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from gripwright.design.contact import Surface, contacts, seat
+from gripwright.design.contact import contacts, seat
 from gripwright.design.grasp_judge import HeldComponent
 from gripwright.design.gripping_surface import gripping_surface
 from gripwright.design.grooved_hand import GroovedHand
@@ -18,6 +18,7 @@ from gripwright.domain.grasp import CENTRIC_3, EXTERNAL
 from gripwright.domain.gripper import Gripper, Handle
 from gripwright.domain.groove import Groove
 from gripwright.domain.shape import Cylinder, Primitive
+from gripwright.geometry.held_surface import Surface
 from gripwright.plugin_api import FingerDesigner, HandModel, RunContext, TipShaper
 
 _AS_MUCH = 1.02  # a bent patch is reckoned as flat at its centre, which lies a little nearer to the axis than a flat finger's
@@ -114,5 +115,5 @@ def _shaped(
         release_opening_mm=handle.release_opening_mm - handle.opening_width_mm + seated.opening_width_mm,
         grasp=seated,
         hold=found,
-        safety_factor=safety_factor(gripper.actuator, found),
+        safety_factor=safety_factor(gripper.actuator.grip_force_N, found),
     )

@@ -4,7 +4,7 @@ import dataclasses
 import importlib
 import pkgutil
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import TypedDict
 
@@ -17,6 +17,7 @@ from gripwright.plugin_api import (
     GripperOptimizer,
     GripperRule,
     HandModel,
+    HoldingModel,
     HousePolicy,
     PrimitiveFitter,
     Segmenter,
@@ -46,6 +47,7 @@ class Toolbox:
     policies: tuple[HousePolicy, ...]
     versions: Mapping[str, PluginVersion]  # by "kind/key"
     record_classes: tuple[type, ...]  # dataclasses that a stored result may hold
+    holding: Mapping[str, HoldingModel] = field(default_factory=dict)  # by gripper type; types that are not among them close jaws
 
 
 @cache

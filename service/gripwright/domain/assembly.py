@@ -1,10 +1,15 @@
 """The assembly task: components, obstacles and the sequence of operations. Lengths in mm, product frame P, +z up."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
+from gripwright.domain.later import LATER
 from gripwright.domain.shape import FloatArray, Mesh
+
+Texture = Literal["smooth", "machined", "rough", "porous"]
+"""How tight a surface is against a lip: polished; turned, milled or moulded; cast or sawn; sintered, foamed or wooden."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -32,6 +37,8 @@ class Component:
     name: str = ""
     density_kg_m3: float = 7850.0
     friction: float = 0.2
+    texture: Texture | None = field(default=None, metadata=LATER)  # None: not known
+    ferrous: bool | None = field(default=None, metadata=LATER)  # whether a magnet holds it; None: not known
     no_grasp: tuple[GraspRegion, ...] = ()
     may_grasp: tuple[GraspRegion, ...] = ()
 

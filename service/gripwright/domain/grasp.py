@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gripwright.domain.errors import Rejection
+from gripwright.domain.later import LATER
 from gripwright.domain.preference import Preference
 from gripwright.domain.shape import FloatArray, Primitive
 
@@ -13,6 +14,20 @@ CENTRIC_3 = "centric-3"
 CENTRIC_4 = "centric-4"
 EXTERNAL = "external"
 INTERNAL = "internal"
+SURFACE = "surface"
+"""A grip by one face of the component, as of a suction cup or a magnet: the hand does not close, the opening width is the
+size of what holds."""
+
+
+def letting_go(grip: str) -> float:
+    """Which way the opening changes to let go: 1 it grows, −1 it shrinks, 0 it stays."""
+    return {EXTERNAL: 1.0, INTERNAL: -1.0}.get(grip, 0.0)
+
+
+def clearance_mm(grip: str, *asked_mm: float) -> float:
+    """By how much the opening has to change to let go: the most of what is asked, nothing where the hand does not close."""
+    return 0.0 if grip == SURFACE else max(asked_mm)
+
 
 TAPER_LIMIT_RAD = math.radians(45.0)
 """Of tapered tips: no friction holds a steeper one."""
@@ -35,7 +50,7 @@ class GripRequirement:
     primitive: Primitive
     rule: str = ""
     preferences: tuple[Preference, ...] = ()  # of the house's policies; the host fills them in
-    taper_rad: float = 0.0
+    taper_rad: float = field(default=0.0, metadata=LATER)
 
     def __post_init__(self) -> None:
         if self.taper_rad and (self.grip != EXTERNAL or not abs(self.taper_rad) < TAPER_LIMIT_RAD):
@@ -60,14 +75,14 @@ class Grasp:
     contact_offset_mm: float = 0.0
     label: str = ""  # how it was planned, for the report: "axis +z, depth 3.2, 30°"
     leeway: FloatArray | None = None  # (4, 2)
-    taper_rad: float = 0.0  # as of its requirement
+    taper_rad: float = field(default=0.0, metadata=LATER)  # as of its requirement
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Hold:
     """What holding a grasp asks of the gripper."""
 
-    required_force_N: float  # total grip force that friction needs, safety factor 1
+    required_force_N: float  # total grip force that holding needs, safety factor 1
     moment_Nmm: float  # largest moment about the contacts
     symmetry: float  # 1: the insertion force acts on the grip axis
     contact_area_mm2: float = 0.0
@@ -99,7 +114,7 @@ class NearestMiss:
     """
 
     code: str
-    quantity: str  # "clearance", "contact height", "surface gap", "grip force", "friction", "opening", "no-grasp"
+    quantity: str  # "clearance", "contact height", "surface gap", "grip force", "friction", "opening", "no-grasp", "hold"
     found: float | None
     limit: float
     amount: float | None

@@ -3,7 +3,9 @@
 from dataclasses import dataclass, field, replace
 
 from gripwright.domain.grasp import EXTERNAL, INTERNAL, Grasp, GraspConstraint, Hold
+from gripwright.domain.grasp import clearance_mm as clearance_of
 from gripwright.domain.groove import Groove
+from gripwright.domain.later import LATER
 from gripwright.domain.pad import PAD, Pad
 from gripwright.domain.preference import Preference
 from gripwright.domain.shape import FloatArray, Mesh
@@ -11,6 +13,9 @@ from gripwright.domain.shape import FloatArray, Mesh
 BOUND_TOLERANCE_MM = 1e-9
 """Closed bounds: two figures that are equal as decimals stay equal when binary sums of them differ in the last digit."""
 
+
+NO_STROKE = "none"
+"""`Actuator.stroke_basis` of one that closes nothing: a vacuum generator with its cup, a magnet."""
 
 FINGER_TOO_HEAVY = "finger-too-heavy"
 """Code of a finger designer's rejection after which another actuator, or a shorter finger, is tried."""
@@ -24,15 +29,15 @@ class Actuator:
     model: str
     gripper_type: str
     stroke_mm: float  # total change of opening width (diameter for centric ones); 0: not known, or none
-    opening_max_mm: float | None = None  # distance of the jaws' own references, fully open
-    grip_force_N: float | None = None  # total: the sum over the jaws
+    opening_max_mm: float | None = None  # distance of the jaws' own references, fully open; the largest face where it has none
+    grip_force_N: float | None = None  # total: the sum over the jaws; of one without jaws that at its largest face
     mass_kg: float | None = None
     finger_length_max_mm: float | None = None
     finger_mass_max_kg: float | None = None
     body_diameter_mm: float | None = None
     body_length_mm: float | None = None
     price: float | None = None
-    stroke_basis: str = "total"  # as the maker states it: total, diameter, per-jaw
+    stroke_basis: str = "total"  # as the maker states it: total, diameter, per-jaw; none: it has no jaws
     force_basis: str = "unknown"  # as the maker states it: total, per-jaw, unknown
     confidence: str = "B"  # A: from the maker's data sheet, B: second hand, C: sources conflict
     source: str = ""
@@ -42,6 +47,11 @@ class Actuator:
     def name(self) -> str:
         """Maker and model, as plans and BOMs name it."""
         return f"{self.maker}/{self.model}"
+
+    @property
+    def closes(self) -> bool:
+        """Whether it has jaws that move."""
+        return self.stroke_basis != NO_STROKE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,7 +69,7 @@ class GripperParameters:
         if self.gripper_type != constraint.gripper_type:
             return False
         low, high = self.opening_min_mm, self.opening_max_mm
-        clearance_mm = max(release_clearance_mm, constraint.release_clearance_mm)
+        clearance_mm = clearance_of(self.grip, release_clearance_mm, constraint.release_clearance_mm)
         if self.grip == INTERNAL:
             low += clearance_mm
         else:
@@ -83,7 +93,8 @@ class Handle:
     grasp: Grasp
     gap_mm: float
     hold: Hold
-    safety_factor: float | None  # grip force over the force that friction needs; None: the actuator's force is unknown
+    safety_factor: float | None  # grip force over the force that holding needs; None: the actuator's force is unknown
+    grip_force_N: float | None = field(default=None, metadata=LATER)  # with this face, of an actuator without jaws
     preferences: tuple[Preference, ...] = ()  # of the house's policies
 
 
@@ -103,12 +114,24 @@ class Gripper:
     envelope_mm: float  # radius of the palm envelope that the constraints assumed
     handles: tuple[Handle, ...]
     groove: Groove | None = None  # of concave tips; None: they are not shaped
-    taper_rad: float = 0.0  # of its tips (`domain.taper`); 0: straight
+    taper_rad: float = field(default=0.0, metadata=LATER)  # of its tips (`domain.taper`); 0: straight
 
 
 def without_handles(gripper: Gripper) -> Gripper:
     """The gripper itself, whatever it handles."""
     return replace(gripper, handles=())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoughtPart:
+    """A part that is bought for a finger, as a bill of materials names it."""
+
+    item: str  # "suction cup"
+    designation: str  # what a buyer looks for: "flat suction cup 40 mm, NBR, thread G1/8"
+    description: str  # where it belongs
+    material: str = ""
+    quantity: int = 1  # a finger
+    mass_kg: float | None = None  # of one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,7 +171,7 @@ class FingerSpec:
     jaw: JawInterface = JawInterface()  # the jaw's reference stands at x = −jaw_offset_mm
     pad: Pad = PAD  # with which its grasps are held
     groove: Groove | None = None  # its tip is concave: its stem reaches farther to x ≥ 0 by the groove's depth
-    taper_rad: float = 0.0  # its tip is tapered (`domain.taper`): its stem reaches farther to x ≥ 0 by the taper's depth
+    taper_rad: float = field(default=0.0, metadata=LATER)  # of its tip (`domain.taper`): the stem reaches farther to x ≥ 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -163,12 +186,21 @@ class MadePart:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BondedFinger:
-    """The two parts of a finger that has a pad: together they are the finger."""
+    """The two parts of a finger that has a pad: together they are the finger.
+
+    Where `bought` is set, the second is no pad that is cut and bonded but a part that is bought and put on: a suction cup.
+    """
 
     bare: MadePart
     pad: MadePart
     pad_size_mm: tuple[float, float, float]  # thickness, width and length of the flat strip that it is cut as
     adhesive: str
+    bought: BoughtPart | None = field(default=None, metadata=LATER)
+
+
+def second_part(bonded: BondedFinger) -> str:
+    """What the second part is called: pad, or what is bought for it."""
+    return "pad" if bonded.bought is None else bonded.bought.item
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -182,6 +214,9 @@ class FingerDesign:
     mass_kg: float
     properties: dict[str, float] = field(default_factory=dict)  # deflection_mm, wall_min_mm, …
     bonded: BondedFinger | None = None  # None: it is one piece
+    name: str = field(default="finger", metadata=LATER)  # what bills and drawings call it: "cup holder"
+    bought: tuple[BoughtPart, ...] | None = field(default=None, metadata=LATER)  # None: screws and pin of its jaw
+    notes: tuple[str, ...] | None = field(default=None, metadata=LATER)  # lines on its drawing; None: those of a finger on a jaw
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

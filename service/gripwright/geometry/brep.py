@@ -20,7 +20,7 @@ from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepFilletAPI import BRepFilletAPI_MakeChamfer
 from OCP.BRepGProp import BRepGProp
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
 from OCP.GeomAbs import GeomAbs_SurfaceType
 from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
 from OCP.GProp import GProp_GProps
@@ -160,6 +160,12 @@ def cylinder_z(x_mm: float, y_mm: float, radius_mm: float, z_min_mm: float, z_ma
     """A cylinder about an axis parallel to z."""
     frame = gp_Ax2(gp_Pnt(x_mm, y_mm, z_min_mm), gp_Dir(0, 0, 1))
     return BRepPrimAPI_MakeCylinder(frame, radius_mm, z_max_mm - z_min_mm).Shape()
+
+
+def cone_z(x_mm: float, y_mm: float, radii_mm: Sequence[float], z_min_mm: float, z_max_mm: float) -> Shape:
+    """A truncated cone about an axis parallel to z, with its two radii from below to above."""
+    frame = gp_Ax2(gp_Pnt(x_mm, y_mm, z_min_mm), gp_Dir(0, 0, 1))
+    return BRepPrimAPI_MakeCone(frame, float(radii_mm[0]), float(radii_mm[1]), z_max_mm - z_min_mm).Shape()
 
 
 def prism_z(polygon_mm: FloatArray, z_min_mm: float, z_max_mm: float) -> Shape:

@@ -20,6 +20,8 @@ _COMPONENT = {
     "pose": _IDENTITY,
     "density": 7850.0,
     "friction": 0.2,
+    "texture": "machined",
+    "ferrous": True,
     "no_grasp": [_REGION],
     "may_grasp": [],
     "external_ids": {"plm": "4712"},

@@ -22,7 +22,7 @@ from gripwright.store.models import ComponentRow, ExternalIdRow, ProductRow
 from gripwright.store.products import ProductRepository
 
 TASK_TYPES = record_types((AssemblyTask, Component, GraspRegion, Mesh, Obstacle, Operation))
-CHANGEABLE = ("no_grasp", "may_grasp", "density", "friction", "external_ids")  # of a component
+CHANGEABLE = ("no_grasp", "may_grasp", "density", "friction", "texture", "ferrous", "external_ids")  # of a component
 CHANGEABLE_OF_PRODUCT = ("name", "external_ids")
 
 

@@ -4,11 +4,13 @@ in `gripwright.domain` and in `gripwright.geometry`."""
 from gripwright.plugin_api.context import RunContext
 from gripwright.plugin_api.contracts import (
     AffordanceDetector,
+    FaceHand,
     FingerDesigner,
     GraspPlanner,
     GripperOptimizer,
     GripperRule,
     HandModel,
+    HoldingModel,
     HousePolicy,
     Plugin,
     PrimitiveFitter,
@@ -16,17 +18,20 @@ from gripwright.plugin_api.contracts import (
     TaperedFingerDesigner,
     TipShaper,
 )
+from gripwright.plugin_api.grips import grips_of
 from gripwright.plugin_api.manifest import API_VERSION, Manifest, PluginEntry
 from gripwright.plugin_api.params import Params
 
 __all__ = [
     "API_VERSION",
     "AffordanceDetector",
+    "FaceHand",
     "FingerDesigner",
     "GraspPlanner",
     "GripperOptimizer",
     "GripperRule",
     "HandModel",
+    "HoldingModel",
     "HousePolicy",
     "Manifest",
     "Params",
@@ -37,4 +42,5 @@ __all__ = [
     "Segmenter",
     "TaperedFingerDesigner",
     "TipShaper",
+    "grips_of",
 ]

@@ -19,6 +19,7 @@ PROTOCOLS: Mapping[str, type] = MappingProxyType(
         "rule": contracts.GripperRule,
         "hand": contracts.HandModel,
         "planner": contracts.GraspPlanner,
+        "holding": contracts.HoldingModel,
         "optimizer": contracts.GripperOptimizer,
         "finger": contracts.FingerDesigner,
         "policy": contracts.HousePolicy,

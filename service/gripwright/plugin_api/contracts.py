@@ -14,12 +14,14 @@ from typing import ClassVar, Protocol, runtime_checkable
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import Grasp, GripRequirement
+from gripwright.domain.grasp import Grasp, GripRequirement, Hold
 from gripwright.domain.gripper import Actuator, ConvexSolid, FingerDesign, FingerSpec
 from gripwright.domain.gripper_set import GripperSet, GripperSetProblem
 from gripwright.domain.groove import Groove
+from gripwright.domain.holding import Contact, Load
 from gripwright.domain.preference import Preference
 from gripwright.domain.shape import FloatArray, Primitive, Segment
+from gripwright.geometry.held_surface import Surface
 from gripwright.plugin_api.context import RunContext
 from gripwright.plugin_api.params import Params
 
@@ -61,7 +63,7 @@ class AffordanceDetector(Plugin, Protocol):
 class GripperRule(Plugin, Protocol):
     """Says which gripper holds a primitive."""
 
-    accepts: ClassVar[frozenset[str]]  # primitive kinds; the host dispatches on them
+    accepts: ClassVar[frozenset[str]]  # primitive kinds, or "*" for all; the host dispatches on them
 
     def apply(self, fit: Primitive) -> Sequence[GripRequirement] | Rejection:
         """Grip requirements of this primitive, the preferred one first, or why it has none."""
@@ -91,6 +93,23 @@ class HandModel(Plugin, Protocol):
         ...
 
 
+@runtime_checkable
+class FaceHand(HandModel, Protocol):
+    """A hand model that holds by a face, with the grip `surface`: a suction cup, a magnet. It does not close.
+
+    The face lies in z = 0 and looks along +z; the opening width is its diameter. `finger` gives what carries it, at
+    −L ≤ z ≤ 0 about the z axis of its frame F, which `finger_poses` puts side by side in the plane z = 0 of G.
+    """
+
+    def sized(self, opening_width_mm: float) -> "FaceHand":
+        """The hand whose face has that diameter. The host asks it for everything else."""
+        ...
+
+    def finger_length_min_mm(self) -> float:
+        """The finger length from which on the hand, as it is sized, can be made: the face and what fastens it."""
+        ...
+
+
 class GraspPlanner(Plugin, Protocol):
     """Plans hand poses on one segment."""
 
@@ -103,6 +122,32 @@ class GraspPlanner(Plugin, Protocol):
 
         Where none is free, the host judges those in between that a grasp says it stands for (`Grasp.leeway`, optional).
         """
+        ...
+
+
+class HoldingModel(Plugin, Protocol):
+    """How grippers of some types hold that close no jaws: by suction, by magnetism. Grasps have the grip `surface`."""
+
+    gripper_types: ClassVar[frozenset[str]]
+
+    def seat(self, grasp: Grasp, surface: Surface, hand: HandModel, ctx: RunContext) -> Grasp | Rejection:
+        """The grasp as it just touches, or why it cannot; it may not enter the component."""
+        ...
+
+    def contacts(
+        self, grasp: Grasp, surface: Surface, hand: HandModel, finger_length_mm: float, ctx: RunContext
+    ) -> Sequence[Contact] | Rejection:
+        """What touches, of a seated grasp; one contact a face. Or why it does not touch as it must."""
+        ...
+
+    def hold(
+        self, grasp: Grasp, contacts: Sequence[Contact], load: Load, component: Component, ctx: RunContext
+    ) -> Hold | Rejection:
+        """The least grip force that holds all of the load (`geometry.wrenches`), or why none does."""
+        ...
+
+    def grip_force_N(self, actuator: Actuator, opening_width_mm: float) -> float | None:
+        """What an actuator of the catalogue holds with by a face of that size; None: it is not known."""
         ...
 
 
@@ -146,7 +191,9 @@ class HousePolicy(Plugin, Protocol):
 class TaperedFingerDesigner(Protocol):
     """A finger designer that also makes tapered tips: a spec whose `taper_rad` is not 0 asks for one (`domain.taper`)."""
 
-    makes_tapered: ClassVar[bool]
+    def tapers(self, taper_rad: float) -> bool:
+        """Whether it makes tips of this taper."""
+        ...
 
 
 @runtime_checkable

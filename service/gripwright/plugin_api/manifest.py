@@ -7,7 +7,7 @@ API_VERSION = "1.2"
 
 ENTRY_POINT_GROUP = "gripwright.plugins"
 
-KINDS = ("segmenter", "fitter", "affordance", "rule", "hand", "planner", "optimizer", "finger", "policy")
+KINDS = ("segmenter", "fitter", "affordance", "rule", "hand", "planner", "holding", "optimizer", "finger", "policy")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

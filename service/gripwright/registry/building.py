@@ -50,11 +50,17 @@ def build_toolbox(plan: Plan, registry: Registry, make: Make = _made) -> Toolbox
         hands={hand.gripper_type: hand for hand in reversed(built["hand"].values())},  # the first named wins
         planners={gripper_type: tuple(found) for gripper_type, found in planners.items()},
         optimizer=built["optimizer"][plan.optimizer],
-        fingers={gripper_type: finger for finger in built["finger"].values() for gripper_type in finger.gripper_types},
+        holding=_by_type(built["holding"]),
+        fingers=_by_type(built["finger"]),
         policies=tuple(built["policy"].values()),
         versions=versions,
         record_classes=(*record_classes(), *(cls for plugin in registry.plugins for cls in plugin.record_classes)),
     )
+
+
+def _by_type(plugins: dict[str, Any]) -> dict[str, Any]:
+    """The plug-in that serves each gripper type: the first named."""
+    return {gripper_type: plugin for plugin in reversed(plugins.values()) for gripper_type in plugin.gripper_types}
 
 
 def parse_params(installed: InstalledPlugin, params: dict[str, Any]) -> Params:

@@ -16,6 +16,7 @@ CHOICES: Mapping[str, str] = MappingProxyType(
         "hands": "hand",
         "planners": "planner",
         "optimizer": "optimizer",
+        "holding": "holding",
         "finger": "finger",
         "policies": "policy",
     }
@@ -44,6 +45,7 @@ PAPER: Mapping[str, Any] = MappingProxyType(
         "hands": ("centric_3", "parallel_2"),
         "planners": ("axial", "facet_pairs"),
         "optimizer": "set_cover",
+        "holding": (),
         "finger": "straight",
         "policies": (),
     }

@@ -9,6 +9,8 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from gripwright.design.stages.fingers import GripperCad
+from gripwright.domain.grasp import SURFACE
+from gripwright.domain.gripper import second_part
 from gripwright.domain.shape import FloatArray
 from gripwright.domain.taper import Taper
 from gripwright.geometry import brep
@@ -107,7 +109,7 @@ def _measure(cad: GripperCad, solid: brep.Shape) -> _Measures:
 
 
 def _seat_mm(cad: GripperCad) -> float:
-    if cad.finger.bonded is None or cad.spec.taper_rad:
+    if cad.finger.bonded is None or cad.spec.taper_rad or cad.spec.grip == SURFACE:
         return 0.0
     x = brep.bounds_mm(brep.read_brep(cad.finger.bonded.pad.brep))[:, 0]
     return float(x[np.argmax(np.abs(x))])
@@ -237,12 +239,14 @@ def _letters(bores: Sequence[brep.Bore]) -> list[str]:
 
 
 def _notes(cad: GripperCad, m: _Measures) -> list[str]:
-    """Holes, quantity, mounting, making, stiffness."""
+    """Holes, quantity, mounting, making, stiffness; what the designer says of a finger that no jaw carries."""
     spec, figures = cad.spec, cad.finger.properties
     pin, notes = spec.jaw.pin_diameter_mm, []
     if m.bores:
         counted = Counter(_hole_kinds(m.bores).values())
         notes += [f"{chr(ord('A') + i)}: {count} × {kind}" for i, (kind, count) in enumerate(counted.items())]
+    if cad.finger.notes is not None:
+        return [*notes, f"Make {spec.fingers}, for {spec.actuator.name}.", *cad.finger.notes]
     notes += [
         f"Make {spec.fingers} alike, one for each jaw of {spec.actuator.name}.",
         f"Screws ISO 4762 M{spec.jaw.bolt_thread_mm:g}" + (f", pin ⌀{pin:g} locates it on the jaw." if pin else "."),
@@ -264,7 +268,7 @@ def _title_block(cad: GripperCad, title: str, part_number: str, scale: float) ->
     rows = [
         ("Part", part_number),
         ("Title", title),
-        ("Material", cad.finger.material if bonded is None else f"{cad.finger.material}; pad {bonded.pad.material}"),
+        ("Material", cad.finger.material + ("" if bonded is None else f"; {second_part(bonded)} {bonded.pad.material}")),
         ("Mass", f"{cad.finger.mass_kg * 1000:.1f} g"),
         ("Tolerances", "ISO 2768-mK, dimensions in mm"),
         ("Scale, projection", f"{ratio}, first angle"),

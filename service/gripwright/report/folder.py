@@ -13,7 +13,7 @@ from gripwright.design.memory import Memory
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.bom import finger_part_number, pad_part_number
 from gripwright.design.stages.fingers import GripperCad
-from gripwright.domain.gripper import BondedFinger, Gripper, without_handles
+from gripwright.domain.gripper import BondedFinger, Gripper, second_part, without_handles
 from gripwright.domain.shape import Analysis
 from gripwright.geometry.shape_diameter import shape_diameters_mm
 from gripwright.plugin_api import HandModel
@@ -42,7 +42,7 @@ def design_folder(result: DesignResult, hands: Mapping[str, HandModel], memory: 
 
 
 def _gripper_files(gripper: Gripper, cad: GripperCad, result: DesignResult, hand: HandModel, memory: Memory) -> dict[str, bytes]:
-    name = f"{result.task.part_number}-{result.task.revision}-{gripper.id}-finger"
+    name = f"{result.task.part_number}-{result.task.revision}-{gripper.id}-{cad.finger.name.replace(' ', '-')}"
     return memory.part("gripper", (gripper, cad, name), lambda: _files_of(gripper, cad, name, hand))
 
 
@@ -51,14 +51,16 @@ def _files_of(gripper: Gripper, cad: GripperCad, name: str, hand: HandModel) -> 
     from gripwright.cad.export import step_bytes, stl_bytes, threemf_bytes  # with the CAD kernel, which takes most of a second
     from gripwright.report.drawing import finger_drawing
 
-    number = finger_part_number(cad.finger)  # as in the bill of materials
+    number, called = finger_part_number(cad.finger), cad.finger.name  # as in the bill of materials
     parts = gripper_parts(gripper, hand, cad.finger, cad.measures, cad.spec.jaw, gripper.opening_max_mm)
-    bonded = {} if cad.finger.bonded is None else _bonded_files(cad.finger.bonded, name, number)
+    bonded = {} if cad.finger.bonded is None else _bonded_files(cad.finger.bonded, name, number, called)
     return bonded | {
-        "finger.step": step_bytes(cad.finger.brep, name=name, part_number=number, description=f"finger of gripper {gripper.id}"),
+        "finger.step": step_bytes(
+            cad.finger.brep, name=name, part_number=number, description=f"{called} of gripper {gripper.id}"
+        ),
         "finger.stl": stl_bytes(cad.finger.mesh),
         "finger.3mf": threemf_bytes(cad.finger.mesh, name),
-        "finger.svg": finger_drawing(cad, title=f"Finger of gripper {gripper.id}", part_number=number).encode(),
+        "finger.svg": finger_drawing(cad, title=f"{called.capitalize()} of gripper {gripper.id}", part_number=number).encode(),
         "body.stl": stl_bytes(cad.body),
         "body.step": step_bytes(cad.body_brep, name=f"{gripper.id}-body", part_number=gripper.actuator.name),
         "gripper.glb": glb_bytes([GlbPart(name=part.name, mesh=part.mesh, colour=part.colour) for part in parts]),
@@ -67,13 +69,15 @@ def _files_of(gripper: Gripper, cad: GripperCad, name: str, hand: HandModel) -> 
     }
 
 
-def _bonded_files(bonded: BondedFinger, name: str, number: str) -> dict[str, bytes]:
+def _bonded_files(bonded: BondedFinger, name: str, number: str, called: str) -> dict[str, bytes]:
     """The two parts that are bonded to a finger: `finger.*` show them together."""
     from gripwright.cad.export import step_bytes, stl_bytes, threemf_bytes
 
     bare, pad = f"{name}-bare", f"{name}-pad"
     return {
-        "finger_bare.step": step_bytes(bonded.bare.brep, name=bare, part_number=number, description="finger without its pad"),
+        "finger_bare.step": step_bytes(
+            bonded.bare.brep, name=bare, part_number=number, description=f"{called} without its {second_part(bonded)}"
+        ),
         "finger_bare.stl": stl_bytes(bonded.bare.mesh),
         "finger_bare.3mf": threemf_bytes(bonded.bare.mesh, bare),
         "pad.step": step_bytes(bonded.pad.brep, name=pad, part_number=pad_part_number(bonded), description=bonded.pad.material),

@@ -1,6 +1,7 @@
 """The report: one self-contained page on which a person can judge a design."""
 
 import base64
+import math
 from collections.abc import Mapping
 from html import escape
 from typing import Any
@@ -11,6 +12,7 @@ from gripwright.cad.colour import segment_colours
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import SURFACE
 from gripwright.domain.taper import taper_words
 from gripwright.report.views import Views
 
@@ -88,12 +90,13 @@ def _objectives(objectives: Mapping[str, str]) -> str:
 def _grippers(result: DesignResult, views: Views) -> str:
     cards = []
     for gripper, cad, entry in zip(result.grippers, result.cads, result.document["grippers"], strict=True):
-        actuator, tapered = entry["actuator"], f", {taper_words(gripper.taper_rad)}" if gripper.taper_rad else ""
+        actuator = entry["actuator"]
         text = (
-            f"<strong>{entry['id']}</strong> · {escape(entry['gripper_type'])} · opens {entry['opening_min']:.4g} to "
-            f"{entry['opening_max']:.4g} mm · fingers {entry['finger_length']:g} mm{tapered}<br>{escape(actuator['maker'])} "
-            f"{escape(actuator['model'])}, stroke {actuator['stroke']:g} mm, jaw offset {actuator['jaw_offset']:.4g} mm"
+            f"<strong>{entry['id']}</strong> · {escape(entry['gripper_type'])} · {_measures(entry)}<br>"
+            f"{escape(actuator['maker'])} {escape(actuator['model'])}"
         )
+        if entry["grip"] != SURFACE:
+            text += f", stroke {actuator['stroke']:g} mm, jaw offset {actuator['jaw_offset']:.4g} mm"
         text += "".join(f"<br>{escape(remark)}" for remark in entry["remarks"])
         if isinstance(cad, Rejection):
             cards.append(f'<p>{text}<br><span class="no">{escape(cad.detail)}</span></p>')
@@ -102,6 +105,14 @@ def _grippers(result: DesignResult, views: Views) -> str:
         else:
             cards.append(_figure(views.grippers[gripper.id], text, f"gripper {gripper.id}, open"))
     return f'<h2>Grippers</h2><div class="cards">{"".join(cards)}</div>'
+
+
+def _measures(gripper: Mapping[str, Any]) -> str:
+    if gripper["grip"] == SURFACE:
+        return f"holds by a face of ⌀{gripper['opening_max']:.4g} mm · {gripper['finger_length']:g} mm long"
+    tapered = f", {taper_words(math.radians(gripper['taper']))}" if "taper" in gripper else ""
+    opens = f"opens {gripper['opening_min']:.4g} to {gripper['opening_max']:.4g} mm"
+    return f"{opens} · fingers {gripper['finger_length']:g} mm{tapered}"
 
 
 def _not_chosen(document: Mapping[str, Any]) -> str:
@@ -159,7 +170,7 @@ def _handles(result: DesignResult, views: Views) -> str:
             force = "actuator's force unknown" if safety is None else f"safety factor {safety:.1f}"
             text = (
                 f"<strong>{escape(handle.operation)}</strong>: {gripper.id} holds {escape(handle.component)}, segment "
-                f"{handle.segment}, at {record['opening_width']:.2f} mm, {escape(record['grasp'])}; {gap}; needs "
+                f"{handle.segment}, {_at(entry, record)}, {escape(record['grasp'])}; {gap}; needs "
                 f"{record['hold']['required_force']:.0f} N, {force}"
             )
             if not isinstance(cad, GripperCad):
@@ -167,6 +178,11 @@ def _handles(result: DesignResult, views: Views) -> str:
                 continue
             cards.append(_figure(views.handles[handle.operation], text, f"{gripper.id} at the end of {handle.operation}"))
     return f'<h2>Grasps, at the end of each operation</h2><div class="cards">{"".join(cards)}</div>'
+
+
+def _at(gripper: Mapping[str, Any], handle: Mapping[str, Any]) -> str:
+    width_mm = f"{handle['opening_width']:.2f} mm"
+    return f"by a face of ⌀{width_mm}" if gripper["grip"] == SURFACE else f"at {width_mm}"
 
 
 def _components(result: DesignResult, views: Views) -> str:

@@ -2,7 +2,7 @@
 
 The flange frame stands on the gripper's axis at the back of the actuator, its axes those of the gripper frame; the tool
 centre point is the gripper frame itself, at the fingertips. A finger's joint is zero where the gripper is closed
-(`opening_min`) and moves outwards by half of what the opening grows.
+(`opening_min`) and moves outwards by half of what the opening grows. What holds by a face is fixed to the body.
 """
 
 import json
@@ -16,6 +16,7 @@ import numpy as np
 from gripwright.design.catalogue import mass_or_default_kg
 from gripwright.design.miss_document import taper_document
 from gripwright.design.stages.fingers import GripperCad
+from gripwright.domain.grasp import SURFACE
 from gripwright.domain.gripper import Gripper
 from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.plugin_api import HandModel
@@ -69,7 +70,7 @@ def tool_json(gripper: Gripper, cad: GripperCad) -> str:
 def gripper_urdf(gripper: Gripper, cad: GripperCad, hand: HandModel) -> str:
     """The gripper as a robot description: a body, and a prismatic joint for each finger, which follow the first one.
 
-    A joint's effort is its share of the force that the fingers are made for.
+    A joint's effort is its share of the force that the fingers are made for. A face stands still.
     """
     X_LG = flange_pose(cad)
     robot = Element("robot", name=gripper.id)
@@ -78,6 +79,9 @@ def gripper_urdf(gripper: Gripper, cad: GripperCad, hand: HandModel) -> str:
     for i, X_GF in enumerate(hand.finger_poses(gripper.opening_min_mm), start=1):
         name = f"finger-{i}"
         _link(robot, name, "finger.stl", np.eye(4), finger)
+        if gripper.grip == SURFACE:
+            _joint(robot, f"{name}-joint", "fixed", name, X_LG @ X_GF)
+            continue
         joint = _joint(robot, f"{name}-joint", "prismatic", name, X_LG @ X_GF)
         SubElement(joint, "axis", xyz="1 0 0")
         SubElement(

@@ -9,6 +9,7 @@ import numpy as np
 
 from gripwright.cad.colour import segment_colours
 from gripwright.design.gripper_assembly import gripper_parts
+from gripwright.design.holder import sized_hand
 from gripwright.design.memory import Memory
 from gripwright.design.motion import pose_at
 from gripwright.design.result import DesignResult
@@ -155,8 +156,8 @@ def miss_view(
     miss: Mapping[str, Any], X_PG: FloatArray, held: Sequence[Shown], standing: Sequence[Shown], hands: Mapping[str, HandModel]
 ) -> bytes:
     """The hand of the grasp that came closest, where it fails: what is in the way of what, and a ring around the place."""
-    taper_rad = float(np.radians(miss.get("taper", 0.0)))
-    hand, length = tapered(hands[miss["gripper_type"]], taper_rad), max(miss["finger_length"], _SHORTEST_MM)
+    hand, length = sized_hand(hands[miss["gripper_type"]], miss["opening_width"]), max(miss["finger_length"], _SHORTEST_MM)
+    hand = tapered(hand, float(np.radians(miss.get("taper", 0.0))))
     fingers = [
         shown(hull_mesh(solid.vertices_mm), X_PG @ X_GF, _MISSED if miss["part"] == f"finger {number}" else _HAND)
         for number, X_GF in enumerate(hand.finger_poses(miss["opening_width"]), start=1)

@@ -7,7 +7,19 @@ from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 from gripwright.plugin_api.checks import PROTOCOLS
-from gripwright.testing import affordance, fingers, fitters, general, hands, optimizers, planners, policies, rules, segmenters
+from gripwright.testing import (
+    affordance,
+    fingers,
+    fitters,
+    general,
+    hands,
+    holding,
+    optimizers,
+    planners,
+    policies,
+    rules,
+    segmenters,
+)
 from gripwright.testing.trial import Check, Finding, Trial
 
 if TYPE_CHECKING:
@@ -24,6 +36,7 @@ _KINDS: Mapping[str, ModuleType] = MappingProxyType(
         "rule": rules,
         "hand": hands,
         "planner": planners,
+        "holding": holding,
         "optimizer": optimizers,
         "finger": fingers,
         "policy": policies,

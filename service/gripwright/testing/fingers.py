@@ -7,18 +7,20 @@ from typing import Any
 import numpy as np
 
 from gripwright.domain.errors import InvalidGeometry, Rejection
-from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, EXTERNAL, INTERNAL, PARALLEL_2
-from gripwright.domain.gripper import Actuator, FingerDesign, FingerSpec
+from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, EXTERNAL, PARALLEL_2, SURFACE
+from gripwright.domain.gripper import NO_STROKE, Actuator, FingerDesign, FingerSpec
 from gripwright.domain.groove import Groove
 from gripwright.domain.taper import Taper
 from gripwright.geometry import brep
 from gripwright.geometry.adjacency import face_adjacency
 from gripwright.geometry.frames import inverse, transform
 from gripwright.geometry.measures import face_areas_mm2, volume_mm3
+from gripwright.plugin_api import grips_of
 from gripwright.testing.trial import Case, Check, Trial, is_length
 
 _LENGTH_MM = 30.0
 _PLANE_MM = 1e-3
+_FACE_MM, _FACE_LENGTH_MM = 32.0, 80.0
 _GROOVE = Groove(radius_mm=27.0, width_mm=10.0)
 _TAPERS = (12.0, -12.0)
 _TAPERED_SHARE = 0.95  # of the width of the tip; edges may be broken
@@ -26,20 +28,37 @@ _DENSITIES_KG_M3 = (500.0, 20_000.0)
 
 
 def cases(plugin: Any) -> list[Case]:
-    """Both grips of each gripper type; of a tip shaper one with a groove besides, and tapered tips of who makes them."""
+    """Each grip that it serves of each gripper type; besides, a groove of a tip shaper, tapered tips of who makes them."""
     specs = {
-        f"{gripper_type}, {grip}": _spec(gripper_type, grip)
+        f"{gripper_type}, {grip}": _face_spec(gripper_type) if grip == SURFACE else _spec(gripper_type, grip)
         for gripper_type in sorted(plugin.gripper_types)
-        for grip in (EXTERNAL, INTERNAL)
+        for grip in sorted(grips_of(plugin))
     }
     if hasattr(plugin, "groove") and CENTRIC_3 in plugin.gripper_types:
         specs[f"{CENTRIC_3}, grooved"] = replace(_spec(CENTRIC_3, EXTERNAL), groove=_GROOVE)
-    if getattr(plugin, "makes_tapered", False):
+    if hasattr(plugin, "tapers"):
         for gripper_type in sorted(plugin.gripper_types):
             for degrees in _TAPERS:
                 spec = replace(_spec(gripper_type, EXTERNAL), taper_rad=float(np.radians(degrees)))
                 specs[f"{gripper_type}, tapered {degrees:g}°"] = spec
     return [Case(name=name, method="design", arguments={"spec": spec}) for name, spec in specs.items()]
+
+
+def _face_spec(gripper_type: str) -> FingerSpec:
+    """A face of 32 mm on a long stem."""
+    return replace(
+        _spec(gripper_type, SURFACE),
+        finger_length_mm=_FACE_LENGTH_MM,
+        jaw_offset_mm=0.0,
+        opening_min_mm=_FACE_MM,
+        opening_max_mm=_FACE_MM,
+        stroke_mm=0.0,
+        fingers=1,
+        actuator=Actuator(
+            maker="Sample", model="S2", gripper_type=gripper_type, stroke_mm=0.0, stroke_basis=NO_STROKE, opening_max_mm=50.0
+        ),
+        contact_radii_mm=(float("inf"),),
+    )
 
 
 def _spec(gripper_type: str, grip: str) -> FingerSpec:
@@ -90,11 +109,16 @@ def solid(trial: Trial) -> Iterable[str]:
 
 
 def frame(trial: Trial) -> Iterable[str]:
-    """The tip ends at z = 0, and in front of the jaws all lies behind the gripping surface x = 0."""
+    """The tip ends at z = 0, and before the jaws all lies behind the gripping surface x = 0; a face lies in z = 0."""
     for case, design in trial.answers():
         points, sign = design.mesh.vertices_mm, 1.0 if case.arguments["spec"].grip == EXTERNAL else -1.0
         if abs(points[:, 2].max()) > _PLANE_MM:
             yield f"{case.name}: the tip ends at z = {points[:, 2].max():.6g} mm, 0 was expected"
+        if case.arguments["spec"].grip == SURFACE:
+            wide = 2.0 * float(np.hypot(*points[points[:, 2] > -_PLANE_MM][:, :2].T).max())
+            if not 0.5 * _FACE_MM <= wide <= 1.1 * _FACE_MM:
+                yield f"{case.name}: the face at z = 0 is {wide:.6g} mm wide, {_FACE_MM:g} mm were asked for"
+            continue
         stem = points[points[:, 2] > -_LENGTH_MM + _PLANE_MM]
         if len(stem) and abs((sign * stem[:, 0]).min()) > _PLANE_MM:
             yield f"{case.name}: the gripping surface lies at x = {sign * (sign * stem[:, 0]).min():.6g} mm, 0 was expected"
@@ -113,8 +137,9 @@ def parts(trial: Trial) -> Iterable[str]:
         together, pad = brep.measure(brep.fuse(*made)).volume_mm3, brep.measure(made[1]).volume_mm3
         if max(abs(together - design.volume_mm3), abs(together - brep.measure(made[0]).volume_mm3 - pad)) > 0.01 * pad:
             yield f"{case.name}: finger and pad do not make up the {design.volume_mm3:.6g} mm³ of the finger"
-        if abs(np.abs(brep.bounds_mm(made[1])[:, 0]).min()) > _PLANE_MM:
-            yield f"{case.name}: the pad does not reach the plane x = 0"
+        axis = 2 if case.arguments["spec"].grip == SURFACE else 0
+        if abs(np.abs(brep.bounds_mm(made[1])[:, axis]).min()) > _PLANE_MM:
+            yield f"{case.name}: the pad does not reach the plane {'xyz'[axis]} = 0"
         if not np.isclose(design.mass_kg, design.bonded.bare.mass_kg + design.bonded.pad.mass_kg):
             yield f"{case.name}: mass_kg is not that of finger and pad together"
 
@@ -134,7 +159,7 @@ def groove(trial: Trial) -> Iterable[str]:
             yield f"{case.name}: {within:.4g} mm³ of the tip lie in the groove's cylinder, or the groove is deeper"
 
 
-def taper(trial: Trial) -> Iterable[str]:
+def tapers(trial: Trial) -> Iterable[str]:
     """The tip's gripping surface is a plane of the angle that the spec names, as high as a taper, and nothing lies before it."""
     for case, design in trial.answers():
         angle = case.arguments["spec"].taper_rad
@@ -161,5 +186,5 @@ CHECKS = (
     Check("frame", "tip at z = 0, gripping surface at x = 0", frame),
     Check("parts", "bare finger and pad make up the finger", parts),
     Check("groove", "the tip has the groove that is asked for", groove),
-    Check("taper", "the tip has the taper that is asked for", taper),
+    Check("tapers", "the tip has the taper that is asked for", tapers),
 )

@@ -3,15 +3,22 @@
 from collections.abc import Iterable
 from typing import Any
 
-from gripwright.domain.grasp import CENTRIC_3, PARALLEL_2, GraspConstraint
+from gripwright.domain.grasp import CENTRIC_3, PARALLEL_2, SURFACE, GraspConstraint
 from gripwright.domain.gripper_set import ChosenGripper, ComponentAlternatives, GripperClass, GripperSet, GripperSetProblem
 from gripwright.testing.trial import Case, Check, Trial
 
 _CLASSES = {
     PARALLEL_2: GripperClass(stroke_mm=6.0, cost=2.0, finger_length_max_mm=60.0),
     CENTRIC_3: GripperClass(stroke_mm=4.0, cost=1.0, opening_floor_mm=2.0, finger_length_max_mm=60.0),
+    "face-1": GripperClass(stroke_mm=0.0, grip=SURFACE, cost=1.0, finger_length_max_mm=60.0),
 }
-_FEWEST = {"one component": 1, "near and far widths": 2, "two types": 2, "an alternative saves a gripper": 1}
+_FEWEST = {
+    "one component": 1,
+    "near and far widths": 2,
+    "two types": 2,
+    "an alternative saves a gripper": 1,
+    "a face of each size": 2,
+}
 """Name → the fewest grippers, by hand."""
 
 
@@ -23,6 +30,7 @@ def cases(plugin: Any) -> list[Case]:
         "near and far widths": _problem([a], [b], [(PARALLEL_2, 40.0)]),
         "two types": _problem([a], [(CENTRIC_3, 20.0)], [b]),
         "an alternative saves a gripper": _problem([(CENTRIC_3, 50.0), a], [b]),
+        "a face of each size": _problem([("face-1", 20.0)], [("face-1", 30.0)], [("face-1", 20.0)]),
     }
     return [Case(name=name, method="solve", arguments={"problem": problem}) for name, problem in problems.items()]
 

@@ -6,67 +6,47 @@ from typing import Any
 
 import numpy as np
 
-from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, EXTERNAL, PARALLEL_2, Grasp, GripRequirement
-from gripwright.domain.gripper import ConvexSolid
+from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, EXTERNAL, PARALLEL_2, SURFACE, Grasp, GripRequirement
 from gripwright.domain.shape import FloatArray
-from gripwright.geometry.frames import is_rigid, moved, rotation_z
-from gripwright.geometry.solids import box_vertices, prism_vertices
-from gripwright.plugin_api import Params
-from gripwright.testing.primitives import centric_requirement, parallel_requirement
+from gripwright.geometry.frames import is_rigid, moved
+from gripwright.plugin_api import grips_of
+from gripwright.testing.primitives import centric_requirement, face_requirement, parallel_requirement
+from gripwright.testing.sample_hands import SampleFace, SampleHand
 from gripwright.testing.samples import TILTED, sample_components
 from gripwright.testing.trial import Case, Check, Trial, is_length
 
 _ALONG = np.cos(np.radians(1.0))
 
 
-class SampleHand:
-    """Straight fingers of 8 × 10 mm before a round palm."""
-
-    key = "sample"
-    params_model = Params
-
-    def __init__(self, gripper_type: str, fingers: int) -> None:
-        self.gripper_type, self.fingers = gripper_type, fingers
-
-    def finger_poses(self, opening_width_mm: float) -> FloatArray:
-        """X_GF, evenly about z."""
-        found = np.stack([rotation_z(2.0 * np.pi * k / self.fingers) for k in range(self.fingers)])
-        found[:, :3, 3] = found[:, :3, 0] * (opening_width_mm / 2.0)
-        return found
-
-    def finger(self, finger_length_mm: float, grip: str) -> Sequence[ConvexSolid]:
-        """One box."""
-        low, high = (0.0, 8.0) if grip == EXTERNAL else (-8.0, 0.0)
-        corners = box_vertices(np.array([low, -5.0, -finger_length_mm]), np.array([high, 5.0, 0.0]))
-        return (ConvexSolid(vertices_mm=corners, role="finger"),)
-
-    def palm(self, finger_length_mm: float, envelope_mm: float, depth_mm: float) -> Sequence[ConvexSolid]:
-        """One prism."""
-        corners = prism_vertices(envelope_mm, -finger_length_mm - depth_mm, -finger_length_mm)
-        return (ConvexSolid(vertices_mm=corners, role="palm"),)
-
-    def opening_floor_mm(self, grip: str) -> float:
-        """Where fingers of that section meet."""
-        return 6.0 if grip == EXTERNAL else 22.0
-
-
 def cases(plugin: Any) -> list[Case]:
-    """A shaft for centric grippers, a box for parallel ones, both for a type that is not known here."""
+    """A shaft for centric grippers, a box for parallel ones, both for a type that is not known here; a box for a face."""
     samples = {sample.name: sample for sample in sample_components()}
     found = []
     for gripper_type in sorted(plugin.gripper_types):
-        hand = SampleHand(gripper_type, {PARALLEL_2: 2, CENTRIC_4: 4}.get(gripper_type, 3))
         for prefix, X_CB in (("", np.eye(4)), ("tilted ", TILTED)):
-            asked = []
-            if gripper_type != PARALLEL_2:
-                asked.append(("stepped shaft", centric_requirement(X_CB, gripper_type)))
-            if gripper_type not in (CENTRIC_3, CENTRIC_4):
-                asked.append(("box with boss", parallel_requirement(X_CB, gripper_type)))
-            for name, requirement in asked:
-                sample = samples[prefix + name]
+            for name, requirement in _asked(plugin, gripper_type, X_CB):
+                sample, hand = samples[prefix + name], _hand(requirement)
                 arguments = {"component": sample.component, "segment": sample.segments[0], "requirement": requirement}
-                found.append(Case(name=f"{prefix}{name}, {gripper_type}", method="plan", arguments={**arguments, "hand": hand}))
+                title = f"{prefix}{name}, {gripper_type}{' by a face' if requirement.grip == SURFACE else ''}"
+                found.append(Case(name=title, method="plan", arguments={**arguments, "hand": hand}))
     return found
+
+
+def _asked(plugin: Any, gripper_type: str, X_CB: FloatArray) -> Iterable[tuple[str, GripRequirement]]:
+    """(sample, requirement) of the grips that the planner serves."""
+    grips = grips_of(plugin)
+    if EXTERNAL in grips and gripper_type != PARALLEL_2:
+        yield "stepped shaft", centric_requirement(X_CB, gripper_type)
+    if EXTERNAL in grips and gripper_type not in (CENTRIC_3, CENTRIC_4):
+        yield "box with boss", parallel_requirement(X_CB, gripper_type)
+    if SURFACE in grips:
+        yield "box with boss", face_requirement(X_CB, gripper_type)
+
+
+def _hand(requirement: GripRequirement) -> SampleHand:
+    if requirement.grip == SURFACE:
+        return SampleFace(requirement.gripper_type, requirement.opening_width_mm)
+    return SampleHand(requirement.gripper_type, {PARALLEL_2: 2, CENTRIC_4: 4}.get(requirement.gripper_type, 3))
 
 
 def grasps(trial: Trial) -> Iterable[str]:

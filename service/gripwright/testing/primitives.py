@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, PARALLEL_2, GripRequirement
+from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, PARALLEL_2, SURFACE, GripRequirement
 from gripwright.domain.shape import Box, Cylinder, FloatArray, Primitive
 from gripwright.geometry.frames import transform
 from gripwright.testing.samples import TILTED
@@ -71,6 +71,19 @@ def parallel_requirement(X_CB: FloatArray, gripper_type: str = PARALLEL_2) -> Gr
         grip=EXTERNAL,
         approach_C=np.zeros((0, 3)),
         grip_axes_C=X_CB[None, :3, 1].copy(),
+        primitive=box(X_CB),
+        rule="sample",
+    )
+
+
+def face_requirement(X_CB: FloatArray, gripper_type: str) -> GripRequirement:
+    """Hold the box by a face of 16 mm from below, where it is flat."""
+    return GripRequirement(
+        gripper_type=gripper_type,
+        opening_width_mm=16.0,
+        grip=SURFACE,
+        approach_C=X_CB[None, :3, 2].copy(),
+        grip_axes_C=np.zeros((0, 3)),
         primitive=box(X_CB),
         rule="sample",
     )

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import EXTERNAL, INTERNAL, GripRequirement
+from gripwright.domain.grasp import EXTERNAL, INTERNAL, SURFACE, GripRequirement
 from gripwright.testing.primitives import sample_primitives, size_mm
 from gripwright.testing.trial import Case, Check, Trial, is_length, is_vectors
 
@@ -18,7 +18,7 @@ def cases(plugin: Any) -> list[Case]:
     return [
         Case(name=name, method="apply", arguments={"fit": primitive})
         for name, primitive in sample_primitives().items()
-        if primitive.kind in plugin.accepts
+        if plugin.accepts & {primitive.kind, "*"}
     ]
 
 
@@ -55,8 +55,8 @@ def _requirement_faults(requirement: GripRequirement, key: str, size: float) -> 
         yield f"opening_width_mm is {width} for a primitive of {size:.3g} mm; lengths are mm"
     if not requirement.gripper_type:
         yield "gripper_type is empty"
-    if requirement.grip not in (EXTERNAL, INTERNAL):
-        yield f"grip is {requirement.grip!r}, not {EXTERNAL!r} or {INTERNAL!r}"
+    if requirement.grip not in (EXTERNAL, INTERNAL, SURFACE):
+        yield f"grip is {requirement.grip!r}, not {EXTERNAL!r}, {INTERNAL!r} or {SURFACE!r}"
     for name in ("approach_C", "grip_axes_C"):
         if not is_vectors(getattr(requirement, name), unit=True):
             yield f"{name} must be unit vectors (k, 3), is {np.shape(getattr(requirement, name))}"

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from gripwright.domain.assembly import AssemblyTask
-from gripwright.domain.gripper import BondedFinger, FingerDesign, Gripper
+from gripwright.domain.grasp import SURFACE
+from gripwright.domain.gripper import BondedFinger, BoughtPart, FingerDesign, Gripper
 from gripwright.domain.shape import Mesh
 from gripwright.domain.taper import taper_words
 
@@ -81,7 +82,9 @@ def finger_part_number(finger: FingerDesign) -> str:
 
 
 def pad_part_number(bonded: BondedFinger) -> str:
-    """A number that depends on the pad's shape and material alone."""
+    """A number that depends on the pad's shape and material alone; of a bought part its designation."""
+    if bonded.bought is not None:
+        return bonded.bought.designation
     return _content_number("P", bonded.pad.mesh, bonded.pad.material)
 
 
@@ -102,7 +105,8 @@ def _actuator_row(gripper: Gripper, operations: tuple[str, ...], *, made: bool) 
         model=actuator.model,
         part_number=actuator.model,
         quantity=1,
-        description=f"{gripper.gripper_type} gripper actuator, stroke {actuator.stroke_mm:g} mm",
+        description=f"{gripper.gripper_type} gripper actuator"
+        + (f", stroke {actuator.stroke_mm:g} mm" if actuator.closes else ""),
         mass_kg=actuator.mass_kg,
         operations=operations,
         files=tuple(f"grippers/{gripper.id}/{name}" for name in _BODY_FILES) if made else (),
@@ -125,16 +129,17 @@ def _owned_row(gripper: Gripper, name: str, operations: tuple[str, ...]) -> BomR
 
 def _finger_rows(gripper: Gripper, finger: FingerDesign, operations: tuple[str, ...]) -> list[BomRow]:
     bare_kg, name = (finger.mass_kg, "finger") if finger.bonded is None else (finger.bonded.bare.mass_kg, "finger_bare")
+    range_mm = f"openings {gripper.opening_min_mm:.4g} to {gripper.opening_max_mm:.4g} mm"
     made = BomRow(
         gripper=gripper.id,
-        item="finger",
+        item=finger.name,
         make_or_buy=MAKE,
         maker="",
         model="",
         part_number=finger_part_number(finger),
         quantity=gripper.fingers,
-        description=f"finger {gripper.finger_length_mm:g} mm{_tapered(gripper)} for openings {gripper.opening_min_mm:.4g} to "
-        f"{gripper.opening_max_mm:.4g} mm on {gripper.actuator.name}",
+        description=f"{finger.name} {gripper.finger_length_mm:g} mm{_tapered(gripper)} for "
+        f"{f'⌀{gripper.opening_max_mm:.4g} mm' if gripper.grip == SURFACE else range_mm} on {gripper.actuator.name}",
         material=finger.material,
         mass_kg=round(bare_kg, 6),
         operations=operations,
@@ -142,6 +147,8 @@ def _finger_rows(gripper: Gripper, finger: FingerDesign, operations: tuple[str, 
     )
     thread_mm, length_mm = _screw(finger.properties)
     pads = [] if finger.bonded is None else [_pad_row(gripper, finger.bonded, operations)]
+    if finger.bought is not None:
+        return [made, *pads, *(_bought_row(gripper, part) for part in finger.bought)]
     rows = [
         made,
         *pads,
@@ -157,7 +164,24 @@ def _tapered(gripper: Gripper) -> str:
     return f", {taper_words(gripper.taper_rad)}" if gripper.taper_rad else ""
 
 
+def _bought_row(gripper: Gripper, part: BoughtPart) -> BomRow:
+    return BomRow(
+        gripper=gripper.id,
+        item=part.item,
+        make_or_buy=BUY,
+        maker="",
+        model=part.designation,
+        part_number=part.designation,
+        quantity=part.quantity * gripper.fingers,
+        description=part.description,
+        material=part.material,
+        mass_kg=part.mass_kg,
+    )
+
+
 def _pad_row(gripper: Gripper, bonded: BondedFinger, operations: tuple[str, ...]) -> BomRow:
+    if bonded.bought is not None:
+        return replace(_bought_row(gripper, bonded.bought), files=_pad_files(gripper))
     size = " x ".join(f"{side:.4g}" for side in bonded.pad_size_mm)
     return BomRow(
         gripper=gripper.id,
@@ -171,8 +195,12 @@ def _pad_row(gripper: Gripper, bonded: BondedFinger, operations: tuple[str, ...]
         material=bonded.pad.material,
         mass_kg=round(bonded.pad.mass_kg, 6),
         operations=operations,
-        files=tuple(f"grippers/{gripper.id}/pad.{suffix}" for suffix in ("step", "stl")),
+        files=_pad_files(gripper),
     )
+
+
+def _pad_files(gripper: Gripper) -> tuple[str, ...]:
+    return tuple(f"grippers/{gripper.id}/pad.{suffix}" for suffix in ("step", "stl"))
 
 
 def _screw(properties: Mapping[str, float]) -> tuple[float, float]:

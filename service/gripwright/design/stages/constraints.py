@@ -15,15 +15,16 @@ from gripwright.design.gauge import PLACED, Attempt
 from gripwright.design.grasp_judge import GraspJudge
 from gripwright.design.gripping_surface import gripping_surface
 from gripwright.design.hand_check import HandCheck, Miss
+from gripwright.design.holder import sized_hand
 from gripwright.design.holding import contact_radius_mm
 from gripwright.design.nearest_miss import closest_grasp
 from gripwright.design.places import Places, hopeless
 from gripwright.design.tapered_hand import taper_of, tapered
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import INTERNAL, FreeGrasp, GripRequirement, NearestMiss, SegmentVerdict
+from gripwright.domain.grasp import INTERNAL, SURFACE, FreeGrasp, Grasp, GripRequirement, NearestMiss, SegmentVerdict
 from gripwright.domain.shape import FloatArray, SegmentAnalysis
-from gripwright.plugin_api import HandModel, RunContext
+from gripwright.plugin_api import GraspPlanner, HandModel, RunContext, grips_of
 
 _MOST_PLACES, _TURNING = 40_000, 20
 """Places between grasps that are looked at in one operation at one resolution, and how many each counts for
@@ -81,25 +82,40 @@ class SegmentSearch:
         self.free: list[FreeGrasp] = []
         self._searches: list[_Search] = []
         self._narrow: list[Miss] = []
+        self._lacking: list[Miss] = []  # what the plan lacks to hold as its rules ask
         self._count = 0
         self._answered = requirements[0]
 
     def planned(self) -> None:
         """Judge the grasps that the planners name, once."""
-        if self._searches or self._narrow:
+        if self._searches or self._narrow or self._lacking:
             return
         scene = self._judge.circumstances.scene
+        settled = False
         for requirement in self._requirements:
-            if self.free and requirement.primitive is not self._requirements[0].primitive:
-                break  # another primitive of the segment is asked only where the first cannot be held
-            hand = tapered(self._toolbox.hands[requirement.gripper_type], requirement.taper_rad)
+            if requirement.grip == SURFACE:  # every size of a face, for the set to choose from
+                if any(_is_of_size(free.grasp, requirement) for free in self.free):
+                    continue
+            else:  # another primitive of the segment is asked only where the first cannot be held
+                held = any(free.grasp.grip != SURFACE for free in self.free)
+                settled = settled or (held and requirement.primitive is not self._requirements[0].primitive)
+                if settled:
+                    continue
+            lacking = _not_in_plan(requirement, self._toolbox)
+            if lacking is not None:
+                self._lacking.append(lacking)
+                continue
+            hand = sized_hand(self._toolbox.hands[requirement.gripper_type], requirement.opening_width_mm)
+            hand = tapered(hand, requirement.taper_rad)
             narrow = _too_narrow(requirement, hand, scene.release_clearance_mm)
             if narrow is not None:
                 self._narrow.append(narrow)
                 continue
             check = HandCheck(scene, hand)
-            radius_mm = contact_radius_mm(requirement.primitive, gripping_surface(hand, requirement.grip), self._ctx.pad)
-            for planner in self._toolbox.planners[requirement.gripper_type]:
+            radius_mm = np.inf
+            if requirement.grip != SURFACE:
+                radius_mm = contact_radius_mm(requirement.primitive, gripping_surface(hand, requirement.grip), self._ctx.pad)
+            for planner in _planners(requirement, self._toolbox):
                 with self._ctx.timed("grasps.plan"):
                     grasps = planner.plan(self._judge.held.component, self._analysis.segment, requirement, hand, self._ctx)
                     grasps = [replace(grasp, taper_rad=requirement.taper_rad) for grasp in grasps] if taper_of(hand) else grasps
@@ -182,7 +198,8 @@ class SegmentSearch:
         if closest is not None:
             return reason.nearest_miss(closest, segment, self._judge.held.component.id, around.scene)
         clearance_mm = around.scene.release_clearance_mm
-        narrow = [(need, self._toolbox.hands[need.gripper_type]) for need in self._requirements]
+        known = [need for need in self._requirements if _not_in_plan(need, self._toolbox) is None]
+        narrow = [(need, self._toolbox.hands[need.gripper_type]) for need in known]
         narrow = [entry for entry in narrow if _too_narrow(*entry, clearance_mm) is not None]
         if not narrow:
             return None
@@ -191,11 +208,16 @@ class SegmentSearch:
 
     def _why_none(self, nearest: NearestMiss | None, searched: str) -> Rejection:
         """The constraint that the grasp misses that came closest, in words; where none was measured, what most grasps failed."""
+        lacking = "".join(f"; {detail}" for detail in dict.fromkeys(miss.detail for miss in self._lacking))
         if nearest is not None:
             among = f"the closest found of {self._count} grasps" if self._count > 1 else ""
             told = "; ".join(part for part in (among, searched) if part)
-            return Rejection(nearest.code, f"{nearest.sentence} ({told})" if told else nearest.sentence)
-        misses = [*self._narrow, *(miss for search in self._searches for miss in (*search.planned, *search.between))]
+            return Rejection(nearest.code, (f"{nearest.sentence} ({told})" if told else nearest.sentence) + lacking)
+        misses = [
+            *self._narrow,
+            *self._lacking,
+            *(miss for search in self._searches for miss in (*search.planned, *search.between)),
+        ]
         if not misses:
             widths = ", ".join(f"{need.opening_width_mm:.1f} mm" for need in self._requirements)
             return Rejection("no-contact", f"no pair of parallel facets, or no height, to grasp at {widths}")
@@ -230,6 +252,30 @@ def search_between(segments: Sequence[SegmentSearch], finest: FloatArray, progre
 
 def _words(resolution: FloatArray) -> str:
     return f"searched to {np.degrees(resolution[:2]).max():.1f}°, {resolution[2:].max():.2g} mm"
+
+
+def _is_of_size(grasp: Grasp, requirement: GripRequirement) -> bool:
+    same_type = (grasp.gripper_type, grasp.grip) == (requirement.gripper_type, requirement.grip)
+    return same_type and grasp.opening_width_mm == requirement.opening_width_mm
+
+
+def _planners(requirement: GripRequirement, toolbox: Toolbox) -> list[GraspPlanner]:
+    """The plan's planners of that type and grip."""
+    of_type = toolbox.planners.get(requirement.gripper_type, ())
+    return [planner for planner in of_type if requirement.grip in grips_of(planner)]
+
+
+def _not_in_plan(requirement: GripRequirement, toolbox: Toolbox) -> Miss | None:
+    """What the plan lacks to hold as a rule of it asks."""
+    kind = requirement.gripper_type
+    lacks = [] if kind in toolbox.hands else ["hand model"]
+    lacks += [] if _planners(requirement, toolbox) else ["grasp planner"]
+    lacks += [] if requirement.grip != SURFACE or kind in toolbox.holding else ["holding model"]
+    if not lacks:
+        return None
+    return Miss(
+        stage=0, code="no-type", detail=f"{requirement.rule} asks for {kind}, of which the plan has no {', no '.join(lacks)}"
+    )
 
 
 def _too_narrow(requirement: GripRequirement, hand: HandModel, release_clearance_mm: float) -> Miss | None:

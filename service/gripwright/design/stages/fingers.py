@@ -5,8 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gripwright.design import holder
 from gripwright.design.gripper_assembly import BodyMeasures, body_shape, jaw_of, reach_mm
+from gripwright.design.holder import Models
 from gripwright.domain.errors import Rejection
+from gripwright.domain.grasp import SURFACE
 from gripwright.domain.gripper import FingerDesign, FingerSpec, Gripper
 from gripwright.domain.pad import Pad
 from gripwright.domain.shape import FloatArray, Mesh
@@ -41,16 +44,17 @@ def design_gripper_cad(
     required_force_N: float,
     safety_factor: float,
     ctx: RunContext,
+    models: Models | None = None,
 ) -> GripperCad | Rejection:
     """Fingers and body of a gripper, inside the hand and the palm envelope that the constraints assumed, or why not.
 
     Fingers are made for the actuator's full grip force; where none can bear it, for what the handles need (`required_force_N`)
     with the safety factor, and the force to which the actuator must be regulated is stated.
     """
-    if gripper.taper_rad and not (isinstance(designer, TaperedFingerDesigner) and designer.makes_tapered):
-        return Rejection("finger-not-tapered", f"the finger designer {designer.key!r} makes no tapered tips")
+    if gripper.taper_rad and not (isinstance(designer, TaperedFingerDesigner) and designer.tapers(gripper.taper_rad)):
+        return Rejection("finger-not-tapered", f"the finger designer {designer.key!r} makes no tips of that taper")
     needed = required_force_N * safety_factor
-    full = gripper.actuator.grip_force_N
+    full = holder.grip_force_N(gripper.actuator, gripper.opening_max_mm, models or {})
     forces = [needed] if full is None else [full, *([needed] if needed < full else [])]
     rejections: list[Rejection] = []
     for force in forces:
@@ -132,7 +136,12 @@ def _outside_hand(spec: FingerSpec, finger: Mesh, hand: HandModel) -> Rejection 
             f"the gripping surface is inclined by {np.degrees(spec.taper_rad):.1f}° over {100.0 * share:.0f} % of the tip, "
             f"at least {100.0 * _WHOLE:.0f} % is asked for",
         )
-    reach = reach_mm(finger, -spec.opening_max_mm / 2.0)
+    if spec.grip == SURFACE:  # a cup may be wider than the palm: what lies before it was judged by its own solids
+        base = vertices[vertices[:, 2] < -spec.finger_length_mm + _TOLERANCE_MM]
+        poses = hand.finger_poses(spec.opening_max_mm)
+        reach = max((reach_mm(Mesh(vertices_mm=transform(X, base), faces=finger.faces)) for X in poses if len(base)), default=0.0)
+    else:
+        reach = reach_mm(finger, -spec.opening_max_mm / 2.0)
     if reach > spec.envelope_mm + _TOLERANCE_MM:
         return Rejection(
             "base-outside-envelope",

@@ -28,7 +28,7 @@ from gripwright.domain.grasp import FreeGrasp, GraspConstraint, OperationVerdict
 from gripwright.domain.gripper import Actuator, Gripper, GripperParameters
 from gripwright.domain.gripper_set import ComponentAlternatives, GripperSet, GripperSetProblem
 from gripwright.domain.preference import Preference
-from gripwright.plugin_api import HandModel, RunContext
+from gripwright.plugin_api import RunContext
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +82,7 @@ def select(
     sequence = {operation.id: i for i, operation in enumerate(task.operations)}
     verdicts = sorted(verdicts, key=lambda verdict: sequence[verdict.operation])
     grasps = {verdict.operation: free_grasps(verdict) for verdict in verdicts}
-    offer = _offer([held for group in grasps.values() for held in group], actuators, options, toolbox.hands)
+    offer = _offer([held for group in grasps.values() for held in group], actuators, options, toolbox)
     demands = {operation: _demand(group, offer, options) for operation, group in grasps.items()}
     solution = toolbox.optimizer.solve(_problem(demands, offer, options), ctx)
     chosen = sorted(solution.grippers, key=lambda gripper: _order(gripper.parameters, offer.classes))
@@ -135,10 +135,9 @@ class _Demand:
     shortfalls: dict[ActuatorGrip, Shortfall]  # the closest
 
 
-def _offer(
-    grasps: Sequence[HeldGrasp], actuators: Sequence[Actuator], options: SelectOptions, hands: Mapping[str, HandModel]
-) -> _Offer:
-    policy = HoldPolicy(safety_factor=options.safety_factor, enforced=options.enforce_hold)
+def _offer(grasps: Sequence[HeldGrasp], actuators: Sequence[Actuator], options: SelectOptions, toolbox: Toolbox) -> _Offer:
+    hands = toolbox.hands
+    policy = HoldPolicy(safety_factor=options.safety_factor, enforced=options.enforce_hold, models=toolbox.holding)
     costs = costs_of(actuators, policy, options.preferences)
     classes: dict[str, ActuatorClass] = {}
     worse: dict[ActuatorGrip, Rejection] = {}

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gripwright.design.contact import Surface, contacts
 from gripwright.design.finger_lengths import palm_hit
 from gripwright.design.hand_check import HandCheck, OperationScene
+from gripwright.design.holder import Holder
 from gripwright.design.least_gap import least_gap_mm
 from gripwright.design.motion import sampled
 from gripwright.domain.errors import Rejection
@@ -19,8 +19,9 @@ from gripwright.domain.gripper import Gripper, Handle
 from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.geometry.collision import MeshSurface
 from gripwright.geometry.frames import transform
+from gripwright.geometry.held_surface import Surface
 from gripwright.geometry.solids import box_vertices
-from gripwright.plugin_api import HandModel, RunContext
+from gripwright.plugin_api import HandModel, HoldingModel, RunContext
 
 _POSES = 24  # along the motion, besides start and end
 
@@ -46,11 +47,12 @@ def verify_handle(
     scene: OperationScene,
     solid: Mesh,
     ctx: RunContext,
+    model: HoldingModel | None = None,
 ) -> HandleReport:
-    """Check one handle with the gripper's CAD: finger in frame F, body in frame G."""
+    """Check one handle with the gripper's CAD: finger in frame F, body in frame G. `model`: what holds, None: jaws."""
     placed = _PlacedGripper(hand, finger, body)
     faults = [
-        *_touch(gripper, handle, solid, hand, ctx),
+        *_touch(gripper, handle, solid, hand, Holder(model=model, ctx=ctx)),
         *_swept(gripper, handle, hand, scene),
         *placed.entered(handle, scene),
     ]
@@ -61,15 +63,21 @@ def verify_handle(
 
 
 def verify_owned(
-    gripper: Gripper, handle: Handle, hand: HandModel, scene: OperationScene, solid: Mesh, ctx: RunContext
+    gripper: Gripper,
+    handle: Handle,
+    hand: HandModel,
+    scene: OperationScene,
+    solid: Mesh,
+    ctx: RunContext,
+    model: HoldingModel | None = None,
 ) -> HandleReport:
     """Check one handle of a gripper that is at hand by its hand model alone: there is no CAD of it, and no gap is measured."""
-    faults = [*_touch(gripper, handle, solid, hand, ctx), *_swept(gripper, handle, hand, scene)]
+    faults = [*_touch(gripper, handle, solid, hand, Holder(model=model, ctx=ctx)), *_swept(gripper, handle, hand, scene)]
     return HandleReport(operation=handle.operation, faults=tuple(dict.fromkeys(faults)), gap_mm=None)
 
 
-def _touch(gripper: Gripper, handle: Handle, solid: Mesh, hand: HandModel, ctx: RunContext) -> list[str]:
-    found = contacts(handle.grasp, Surface(solid), hand, gripper.finger_length_mm, ctx.min_contact_mm)
+def _touch(gripper: Gripper, handle: Handle, solid: Mesh, hand: HandModel, holder: Holder) -> list[str]:
+    found = holder.contacts(handle.grasp, Surface(solid), hand, gripper.finger_length_mm)
     return [found.detail] if isinstance(found, Rejection) else []
 
 

@@ -59,7 +59,10 @@ def patch_component(
     response: Response,
     if_match: IfMatch = None,
 ) -> ComponentView:
-    """Merge a patch (RFC 7396): `no_grasp`, `may_grasp`, `density`, `friction`, `external_ids`; null restores the default."""
+    """Merge a patch (RFC 7396): `no_grasp`, `may_grasp`, `density`, `friction`, `texture`, `ferrous`, `external_ids`.
+
+    Null restores the default.
+    """
     product, row = ProductRepository(session).component(product_id, component_id)
     check_match(if_match, version_tag(product.version))
     change_component(session, artifacts, product, row, patch, now)

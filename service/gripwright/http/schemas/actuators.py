@@ -24,17 +24,25 @@ class ActuatorFigures(BaseModel):
 
     gripper_type: _Text = Field(min_length=1, max_length=50, examples=["parallel-2", "centric-3"])
     stroke: float = Field(
-        ge=0, le=5000, description="mm, total change of the opening width (of the diameter for centric ones); 0: not known"
+        ge=0,
+        le=5000,
+        description="mm, total change of the opening width (of the diameter for centric ones); 0: not known, or none",
     )
-    opening_max: float | None = Field(default=None, gt=0, le=5000, description="mm, distance of the jaws' references, fully open")
-    grip_force: float | None = Field(default=None, gt=0, description="N, the sum over the jaws")
+    opening_max: float | None = Field(
+        default=None, gt=0, le=5000, description="mm, distance of the jaws' references, fully open; without jaws the largest face"
+    )
+    grip_force: float | None = Field(
+        default=None, gt=0, description="N, the sum over the jaws; without jaws what the largest face holds"
+    )
     mass: float | None = Field(default=None, gt=0, description="kg")
     finger_length_max: float | None = Field(default=None, gt=0, description="mm")
     finger_mass_max: float | None = Field(default=None, gt=0, description="kg, of one finger")
     body_diameter: float | None = Field(default=None, gt=0, description="mm")
     body_length: float | None = Field(default=None, gt=0, description="mm")
     price: float | None = Field(default=None, ge=0)
-    stroke_basis: _Text = Field(default="total", max_length=20, description="as the maker states it: total, diameter, per-jaw")
+    stroke_basis: _Text = Field(
+        default="total", max_length=20, description="as the maker states it: total, diameter, per-jaw; none: it has no jaws"
+    )
     force_basis: _Text = Field(default="unknown", max_length=20, description="as the maker states it: total, per-jaw, unknown")
     confidence: Literal["A", "B", "C"] = Field(
         default="B",

@@ -6,6 +6,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from gripwright.cad.manifest import ComponentEntry, ObstacleEntry, OperationEntry, RegionEntry
+from gripwright.domain.assembly import Texture
 from gripwright.store.models import ComponentRow, ProductRow
 
 
@@ -28,6 +29,8 @@ class ComponentView(BaseModel):
     pose: list[list[float]] = Field(description="4×4 row-major, places the component's frame in the product")
     density: float
     friction: float
+    texture: Texture | None
+    ferrous: bool | None
     no_grasp: list[RegionEntry]
     may_grasp: list[RegionEntry]
     external_ids: dict[str, str]
@@ -139,6 +142,8 @@ class ComponentPatch(BaseModel):
     may_grasp: list[RegionEntry] | None = None
     density: float | None = Field(default=None, gt=0, le=25_000, description="kg/m³")
     friction: float | None = Field(default=None, gt=0, le=5)
+    texture: Texture | None = Field(default=None, description="how tight the surface is against a suction cup's lip")
+    ferrous: bool | None = Field(default=None, description="whether a magnet holds it")
     external_ids: dict[str, str | None] | None = Field(default=None, description="merged: null takes the id of a system away")
 
 

@@ -1,0 +1,1 @@
+"""A magnet with a round pole face: `magnetic-1`."""

@@ -1,0 +1,1 @@
+"""A suction cup: `vacuum-1`."""
