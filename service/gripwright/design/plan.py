@@ -29,11 +29,14 @@ class OwnedGripper(BaseModel):
     finger_length: Length
     actuator: str | None = Field(None, description="maker/model in the catalogue; null: of unknown force and default size")
     palm_radius: Length | None = Field(None, description="of all that is behind the fingers; null: by default")
+    taper: float = Field(0.0, ge=-45, le=45, description="degrees, of tapered tips; positive: they converge towards their ends")
 
     @model_validator(mode="after")
     def _opens(self) -> "OwnedGripper":
         if self.opening_max < self.opening_min:
             raise ValueError(f"opening_max {self.opening_max:g} is less than opening_min {self.opening_min:g}")
+        if self.taper and self.grip == "internal":
+            raise ValueError(f"taper {self.taper:g} for an internal grip: tapered tips hold from outside")
         return self
 
 
