@@ -6,6 +6,7 @@ import jsonschema
 import pytest
 
 from gripwright.cli.openapi import openapi_document
+from gripwright.plugin_api.manifest import KINDS
 
 FIGURES = {"gripper_type": "parallel-2", "stroke": 12.0, "grip_force": 40.0}
 
