@@ -30,7 +30,7 @@ check: lint types test ## lint, types, import rules, OpenAPI unchanged, tests
 lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/lint-imports
+	PYTHONPATH=plugins/gripwright_vacuum/src $(BIN)/lint-imports
 
 types: setup
 	$(BIN)/mypy

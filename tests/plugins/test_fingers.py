@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 
 from gripwright.cad.export import step_bytes
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, INTERNAL, PARALLEL_2
+from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, EXTERNAL, INTERNAL, PARALLEL_2
 from gripwright.domain.gripper import Actuator, BondedFinger, FingerDesign, FingerSpec, JawInterface
 from gripwright.domain.pad import Pad
 from gripwright.geometry import brep
@@ -26,7 +26,7 @@ from gripwright_builtin.hands.centric import CentricHand, CentricSettings
 
 def make_spec(fingers: int = 3, *, opening_mm: float = 60.5, length_mm: float = 30.0, **changes) -> FingerSpec:
     """A spec whose envelope just holds stem, bolts and jaw."""
-    gripper_type = {2: PARALLEL_2, 3: CENTRIC_3}[fingers]
+    gripper_type = {2: PARALLEL_2, 3: CENTRIC_3, 4: CENTRIC_4}[fingers]
     offset = changes.pop("jaw_offset_mm", 9.25)
     jaw = changes.get("jaw", JawInterface())
     reference = opening_mm / 2.0 - offset
@@ -61,16 +61,16 @@ def specs() -> st.SearchStrategy[FingerSpec]:
     """Both types and grips, W 5..200, L 5..120, jaws from 5 mm to 60 mm inside or 20 mm outside of the gripping surface."""
 
     def build(fingers: int, opening: float, length: float, stroke: float, offset: float, grip: str) -> FingerSpec:
-        floor = {2: 0.0, 3: 10.0 / np.sqrt(3.0)}[fingers] + (16.0 if grip == INTERNAL else 0.0)
+        floor = {2: 0.0, 3: 10.0 / np.sqrt(3.0), 4: 10.0}[fingers] + (16.0 if grip == INTERNAL else 0.0)
         opening = max(opening, floor)
         low = max(opening - stroke, floor)
-        offset = min(offset, low / 2.0 - 5.0)
+        offset = min(offset, low / 2.0 - (9.2 if fingers == 4 else 5.0))  # room for the bolt heads between two bases
         spec = make_spec(fingers, opening_mm=opening, length_mm=length, jaw_offset_mm=offset)
         return replace(spec, grip=grip, opening_min_mm=low, stroke_mm=stroke, grip_force_N=5.0)
 
     return st.builds(
         build,
-        st.sampled_from([2, 3]),
+        st.sampled_from([2, 3, 4]),
         st.floats(5, 200),
         st.floats(5, 120),
         st.floats(2, 50),
@@ -90,7 +90,7 @@ def test_every_possible_finger_is_one_valid_solid_whose_mesh_has_its_volume(spec
 
 
 def is_round(spec: FingerSpec) -> bool:
-    return spec.grip == INTERNAL and spec.gripper_type == CENTRIC_3
+    return spec.grip == INTERNAL and spec.gripper_type != PARALLEL_2
 
 
 @settings(max_examples=20, deadline=None)
@@ -103,7 +103,7 @@ def test_the_stem_is_the_hand_models_box_and_the_base_stays_in_its_room(spec: Fi
     x_range = [0.0, 8.0] if spec.grip == EXTERNAL else [-8.0, 0.0]
     half = 5.0
     if is_round(spec):
-        x_range, half = [-3.6, 0.0], 4.0 * np.sin(np.pi / 3.0)
+        x_range, half = [-3.6, 0.0], 4.0 * np.sin(np.pi / spec.fingers)
     assert [stem[:, 0].min(), stem[:, 0].max()] == pytest.approx(x_range, abs=1e-6)
     assert [stem[:, 1].min(), stem[:, 1].max()] == pytest.approx([-half, half], abs=1e-6)
     assert solid[1, 2] == pytest.approx(0.0, abs=1e-6)
@@ -311,7 +311,7 @@ def test_a_stem_on_a_rigid_base_bends_as_a_cantilever() -> None:
 
 def test_a_polygon_bends_as_its_rectangle_and_a_slice_as_the_closed_form_says() -> None:
     square, flat = polygon_section(rectangle(-3.0, 5.0, 10.0)), rectangle_section(8.0, 10.0)
-    slice_ = SliceStem(nose_radius_mm=4.0, thickness_mm=3.9999).section
+    slice_ = SliceStem(slices=3, nose_radius_mm=4.0, thickness_mm=3.9999).section
 
     alpha, centre = np.pi / 3.0, 2.0 * 4.0 * np.sin(np.pi / 3.0) / np.pi  # of a sector of 120°, from its corner
     inertia = 4.0**4 / 4.0 * (alpha + np.sin(alpha) * np.cos(alpha)) - alpha * 4.0**2 * centre**2

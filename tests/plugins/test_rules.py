@@ -3,11 +3,11 @@ import pytest
 
 from gripwright.design.stages.rules import requirements
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, INTERNAL, PARALLEL_2
+from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, EXTERNAL, INTERNAL, PARALLEL_2
 from gripwright.domain.shape import Box, Cylinder
 from gripwright.plugin_api import Params
-from gripwright_builtin.rules.box import TwoFingerBox
-from gripwright_builtin.rules.cylinder import ThreeFingerBore, ThreeFingerCylinder
+from gripwright_builtin.rules.box import FourFingerBox, FourFingerBoxSettings, TwoFingerBox
+from gripwright_builtin.rules.cylinder import FourFingerCylinder, ThreeFingerBore, ThreeFingerCylinder
 
 OUTSIDE, BORE, ACROSS = ThreeFingerCylinder(Params()), ThreeFingerBore(Params()), TwoFingerBox(Params())
 
@@ -84,3 +84,57 @@ def test_a_primitive_that_no_rule_accepts_has_no_type() -> None:
     found = requirements(cylinder(), [ACROSS])
 
     assert found == Rejection("no-type", "no rule accepts a cylinder")
+
+
+FOUR_AROUND, SQUARE = FourFingerCylinder(Params()), FourFingerBox(FourFingerBoxSettings())
+
+
+def bar(sides: tuple[float, float], filled: list[float] | None = None) -> Box:
+    """30 long along x."""
+    extents = np.array([30.0, *sides])
+    return Box(X_CB=np.eye(4), extents_mm=extents, filled=np.array(filled or [1.0] * 6), filled_min=0.1, rms_mm=0.0)
+
+
+def test_four_fingers_may_be_asked_for_a_cylinder_beside_three() -> None:
+    found = requirements(cylinder(), [OUTSIDE, FOUR_AROUND])
+
+    assert not isinstance(found, Rejection)
+    assert [(r.gripper_type, r.opening_width_mm, r.rule) for r in found] == [
+        (CENTRIC_3, 25.0, "three_finger_cylinder"),
+        (CENTRIC_4, 25.0, "four_finger_cylinder"),
+    ]
+
+
+def test_a_square_box_is_held_by_four_fingers_along_the_axis_of_its_square_section() -> None:
+    found = requirements(bar((12.0, 12.06)), [SQUARE])
+
+    assert not isinstance(found, Rejection)
+    [requirement] = found
+    assert (requirement.gripper_type, requirement.grip) == (CENTRIC_4, EXTERNAL)
+    assert requirement.opening_width_mm == pytest.approx(12.03)
+    assert np.array_equal(requirement.approach_C, [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+
+
+def test_a_cube_may_be_held_by_four_fingers_along_each_axis_the_fullest_first() -> None:
+    found = requirements(bar((30.0, 30.0), [0.5, 1, 1, 1, 1, 1]), [SQUARE])
+
+    assert not isinstance(found, Rejection)
+    assert [np.abs(r.approach_C[0]).argmax() for r in found] == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("fit", "why"),
+    [
+        (bar((12.0, 12.1)), "no section of the box is square: its sides differ by 0.100 mm, at most 0.08 mm"),
+        (
+            bar((12.0, 12.0), [1, 1, 0.05, 1, 1, 1]),
+            "no section of the box is square: its sides differ by 18.000 mm, at most 0.08 mm",
+        ),
+        (
+            bar((12.0, 12.0), [1, 1, 0.05, 1, 0, 1]),
+            "no four box faces around an axis are filled: the best to 5.0 %, at least 10.0 % needed",
+        ),
+    ],
+)
+def test_a_box_without_four_filled_sides_of_a_square_says_so(fit: Box, why: str) -> None:
+    assert requirements(fit, [SQUARE]) == Rejection("no-type", why)

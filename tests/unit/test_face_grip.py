@@ -13,9 +13,11 @@ from gripwright.design.contact import forbidden_touch
 from gripwright.design.finger_lengths import length_max, length_min
 from gripwright.design.hand_check import HandCheck, OperationScene
 from gripwright.design.hand_volumes import HandVolumes
+from gripwright.design.plan import plan_of
 from gripwright.design.records import dumps
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
+from gripwright.domain.errors import InvalidPlan
 from gripwright.domain.grasp import SURFACE, FreeGrasp, Grasp, GraspConstraint, Hold
 from gripwright.domain.gripper import NO_STROKE, Actuator, GripperParameters
 from gripwright.domain.gripper_set import ComponentAlternatives, GripperClass, GripperSetProblem
@@ -246,3 +248,21 @@ def test_a_field_that_came_later_leaves_the_record_of_what_does_not_use_it_as_it
     assert b"texture" not in zlib.decompress(dumps(plain)[12:])
     assert dumps(plain) == dumps(replace(plain, texture=None, ferrous=None))
     assert dumps(plain) != dumps(replace(plain, ferrous=True))
+
+
+@pytest.mark.parametrize(
+    ("given", "kept"),
+    [
+        ("straight", "straight"),
+        (["straight"], "straight"),
+        (["straight", "suction_cup"], ("straight", "suction_cup")),
+        ("straight, suction_cup", ("straight", "suction_cup")),
+    ],
+)
+def test_a_plan_names_one_finger_designer_or_several(given, kept) -> None:
+    assert plan_of({"finger": given}).finger == kept
+
+
+def test_a_plan_without_a_finger_designer_is_refused() -> None:
+    with pytest.raises(InvalidPlan, match="not a plan"):
+        plan_of({"finger": []})

@@ -1,4 +1,7 @@
-"""The stem of a finger in plan (finger frame, seen along z): a rectangle, hollow or not, or a slice of a cylinder for bores."""
+"""The stem of a finger in plan (finger frame, seen along z): a rectangle, hollow or not, or a slice of a cylinder for bores.
+
+A tapered tip is cut from a rectangle.
+"""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
@@ -7,14 +10,17 @@ import numpy as np
 
 from gripwright.domain.groove import Groove
 from gripwright.domain.shape import FloatArray
+from gripwright.domain.taper import Taper
 from gripwright_builtin.fingers.outline import convex_hull, rectangle
 from gripwright_builtin.fingers.stiffness import Section, polygon_section, rectangle_section
 
 if TYPE_CHECKING:  # the CAD kernel takes most of a second, and most designs that are repeated make no finger
     from gripwright.geometry import brep
 
-_HALF_SLICE_RAD = np.pi / 3.0
 _ARC_POINTS = 61
+_STEP_RAD = 0.25  # of the mesh of holes
+_GROOVE_DEVIATION_MM = 0.002  # of the mesh of a groove
+_NOSE_STEP_RAD = float(np.radians(3.0))  # of the mesh of a rounded nose: its flats stay parallel to what it touches
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -26,7 +32,7 @@ class PadStrip:
 
 
 class Stem(Protocol):
-    """A stem of the same section from the tip to the base; its gripping surface touches x = 0."""
+    """A stem of the same section from the base to the tip, which may be tapered; its gripping surface touches x = 0."""
 
     @property
     def outline_mm(self) -> FloatArray:
@@ -150,16 +156,66 @@ class GroovedStem:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SliceStem:
-    """A third of a cylinder without its core, at x ≤ 0: the round side is the nose that touches a bore. It carries no pad."""
+class TaperedStem:
+    """A flat stem whose tip has an inclined gripping surface; the pad covers that alone, up to a shoulder of the stem."""
 
+    flat: FlatStem  # as thick as the stem and the taper's depth together; for an external grip
+    taper: Taper
+
+    @property
+    def outline_mm(self) -> FloatArray:
+        """The rectangle around it."""
+        return self.flat.outline_mm
+
+    @property
+    def section(self) -> Section:
+        """Of the rectangle behind the pad, at the shoulder."""
+        return rectangle_section(self.wall_mm, self.flat.width_mm)
+
+    @property
+    def wall_mm(self) -> float:
+        """At the shoulder."""
+        return self.flat.thickness_mm - self.taper.depth_mm - self._pad_x_mm
+
+    def solid(self, length_mm: float) -> "brep.Shape":
+        """The flat stem without what lies before the inclined plane, and before the stem behind it."""
+        from gripwright.geometry import brep
+
+        tip, stem, back = self.taper.tip_mm, self.taper.stem_mm, -self.taper.height_mm
+        before = np.array([[tip, 0.0], [tip, 1.0], [-1.0, 1.0], [-1.0, -length_mm], [stem, -length_mm], [stem, back]])
+        y = self.flat.width_mm / 2.0
+        return brep.cut(self.flat.solid(length_mm), [brep.prism_y(before, -y - 1.0, y + 1.0)])
+
+    def pad(self, length_mm: float) -> PadStrip:
+        """A strip on the inclined plane, bevelled at both ends."""
+        from gripwright.geometry import brep
+
+        tip, stem, back = self.taper.tip_mm, self.taper.stem_mm, -self.taper.height_mm
+        layer = np.array([[tip, 0.0], [stem, back], [stem + self._pad_x_mm, back], [tip + self._pad_x_mm, 0.0]])
+        y = self.flat.width_mm / 2.0
+        return PadStrip(
+            solid=brep.prism_y(layer, -y, y), size_mm=(self.flat.pad_mm, self.flat.width_mm, round(self.taper.slant_mm, 6))
+        )
+
+    @property
+    def _pad_x_mm(self) -> float:
+        """Extent of the pad along x."""
+        return self.flat.pad_mm * self.taper.slant_mm / self.taper.height_mm
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SliceStem:
+    """A slice of a cylinder without its core, at x ≤ 0: the round side is the nose that touches a bore. It carries no pad."""
+
+    slices: int  # as many as fingers
     nose_radius_mm: float
     thickness_mm: float  # from the nose towards the axis
 
     @property
     def outline_mm(self) -> FloatArray:
         """The arc by points on it."""
-        angles = np.linspace(-_HALF_SLICE_RAD, _HALF_SLICE_RAD, _ARC_POINTS)
+        half = np.pi / self.slices
+        angles = np.linspace(-half, half, _ARC_POINTS)
         arc = self.nose_radius_mm * np.stack([np.cos(angles) - 1.0, np.sin(angles)], axis=1)
         return convex_hull(np.concatenate([arc, self._flanks(-self.thickness_mm)]))
 
@@ -186,5 +242,21 @@ class SliceStem:
 
     def _flanks(self, x_mm: float) -> FloatArray:
         """Where the planes between neighbouring slices pass x, (2, 2)."""
-        y = np.tan(_HALF_SLICE_RAD) * (self.nose_radius_mm + x_mm)
+        y = np.tan(np.pi / self.slices) * (self.nose_radius_mm + x_mm)
         return np.array([[x_mm, -y], [x_mm, y]])
+
+
+def step_rad(stem: Stem) -> float:
+    """By how much the flats of a finger's mesh turn at most."""
+    match stem:
+        case SliceStem():
+            return _NOSE_STEP_RAD
+        case GroovedStem():
+            return float(2.0 * np.arccos(1.0 - _GROOVE_DEVIATION_MM / stem.groove.radius_mm))
+        case _:
+            return _STEP_RAD
+
+
+def x_range(stem: Stem) -> tuple[float, float]:
+    """Least and greatest x of a stem."""
+    return float(stem.outline_mm[:, 0].min()), float(stem.outline_mm[:, 0].max())

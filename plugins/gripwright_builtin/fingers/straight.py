@@ -1,5 +1,6 @@
 """A straight finger: a stem with a flat gripping surface, or a round one for bores, on a base that is bolted to the jaw."""
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal
 
@@ -7,24 +8,22 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import CENTRIC_3, INTERNAL, PARALLEL_2
+from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, INTERNAL, PARALLEL_2
 from gripwright.domain.gripper import FINGER_TOO_HEAVY, FingerDesign, FingerSpec
 from gripwright.domain.shape import FloatArray
+from gripwright.domain.taper import Taper
 from gripwright.plugin_api import Params, RunContext
 from gripwright_builtin.fingers.bonding import bonded_finger
 from gripwright_builtin.fingers.materials import BY_KEY, Material
 from gripwright_builtin.fingers.outline import clip, convex_hull, inset_mm, rectangle, sector, width_mm
 from gripwright_builtin.fingers.screws import BY_THREAD, ScrewHole
-from gripwright_builtin.fingers.stem import FlatStem, GroovedStem, SliceStem, Stem
+from gripwright_builtin.fingers.stem import FlatStem, GroovedStem, SliceStem, Stem, TaperedStem, step_rad, x_range
 from gripwright_builtin.fingers.stiffness import Bending, bend
 
 if TYPE_CHECKING:  # the CAD kernel takes most of a second, and most designs that are repeated make no finger
     from gripwright.geometry import brep
 
 _TOLERANCE_MM = 1e-6
-_STEP_RAD = 0.25  # of the mesh of holes
-_GROOVE_DEVIATION_MM = 0.002  # of the mesh of a groove
-_NOSE_STEP_RAD = float(np.radians(3.0))  # of the mesh of a rounded nose: its flats stay parallel to what it touches
 
 
 class StraightFingerParams(Params):
@@ -32,9 +31,7 @@ class StraightFingerParams(Params):
 
     thickness: float = Field(8.0, gt=0, le=50, description="mm, of the stem, along the grip direction, pad included")
     width: float = Field(10.0, gt=0, le=50, description="mm, of the stem, across the grip direction")
-    nose_radius: float = Field(
-        4.0, gt=0, le=50, description="mm, of the round gripping surface of a three-finger gripper for bores"
-    )
+    nose_radius: float = Field(4.0, gt=0, le=50, description="mm, of the round gripping surface of a centric gripper for bores")
     nose_thickness: float = Field(3.6, gt=0, le=50, description="mm, of a stem for bores, towards the gripper's axis")
     root_width: float = Field(16.0, gt=0, le=60, description="mm, of the base where the stem stands on it")
     base_thickness: float = Field(10.0, ge=4, le=40, description="mm, least thickness of the base")
@@ -87,10 +84,14 @@ class StraightFinger:
 
     key: ClassVar[str] = "straight"
     params_model: ClassVar[type[StraightFingerParams]] = StraightFingerParams
-    gripper_types: ClassVar[frozenset[str]] = frozenset({PARALLEL_2, CENTRIC_3})
+    gripper_types: ClassVar[frozenset[str]] = frozenset({PARALLEL_2, CENTRIC_3, CENTRIC_4})
 
     def __init__(self, params: StraightFingerParams) -> None:
         self._params = params
+
+    def tapers(self, taper_rad: float) -> bool:
+        """All of them."""
+        return True
 
     def design(self, spec: FingerSpec, ctx: RunContext) -> FingerDesign | Rejection:
         """The finger as one exact solid with its mesh, or why it cannot be made."""
@@ -106,7 +107,7 @@ class StraightFinger:
             plan.stem.pad(spec.finger_length_mm),
             build.material,
             spec.pad,
-            _step_rad(plan.stem),
+            step_rad(plan.stem),
             self._properties(spec, plan, build),
         )
         limit = spec.actuator.finger_mass_max_kg
@@ -123,6 +124,8 @@ class StraightFinger:
             return Rejection("unknown-screw", f"no hole is known for M{jaw.bolt_thread_mm:g}, only for {sorted(BY_THREAD)}")
         screw = BY_THREAD[jaw.bolt_thread_mm]
         stem = self._stem(spec)
+        if isinstance(stem, TaperedStem) and (short := stem.taper.height_mm - spec.finger_length_mm) > _TOLERANCE_MM:
+            return Rejection("finger-too-short", f"a finger is {short:.2f} mm shorter than its tapered tip")
         if stem.wall_mm < p.wall_min - _TOLERANCE_MM:
             return Rejection(
                 "wall-too-thin",
@@ -137,7 +140,7 @@ class StraightFinger:
         jaw_x, y = -spec.jaw_offset_mm, jaw.bolt_pitch_mm / 2.0
         rim = screw.head_bore_mm / 2.0 + p.wall_min
         pad = rectangle(jaw_x, jaw_x + max(jaw.depth_mm, jaw.bolt_setback_mm + rim), max(jaw.width_mm, 2.0 * (y + rim)))
-        root = rectangle(*_x_range(stem), max(p.root_width, float(np.ptp(stem.outline_mm[:, 1]))))
+        root = rectangle(*x_range(stem), max(p.root_width, float(np.ptp(stem.outline_mm[:, 1]))))
         outline = convex_hull(np.concatenate([pad, root]))
         for side in sector(spec.fingers, spec.opening_min_mm, min(p.base_gap, max(room, 0.0))):
             outline = clip(outline, side)
@@ -167,7 +170,7 @@ class StraightFinger:
                 f"at the opening {spec.opening_min_mm:.2f} mm the bolt heads leave {wall:.2f} mm of wall between two bases, "
                 f"at least {p.wall_min:.2f}",
             )
-        (stem_back, stem_front), width = _x_range(stem), float(np.ptp(stem.outline_mm[:, 1]))
+        (stem_back, stem_front), width = x_range(stem), float(np.ptp(stem.outline_mm[:, 1]))
         beside = float(holes[1, 1]) - bore - width / 2.0
         if beside < 0.0 and stem_back - bore < holes[0, 0] < stem_front + bore:
             return Rejection("bolt-under-stem", f"the stem covers the bolt heads by {-beside:.2f} mm")
@@ -209,7 +212,7 @@ class StraightFinger:
         )
 
     def _bending(self, spec: FingerSpec, plan: _Plan, material: Material, thickness_mm: float) -> Bending:
-        bolts, stem = float(plan.holes_mm[0, 0]), sum(_x_range(plan.stem)) / 2.0
+        bolts, stem = float(plan.holes_mm[0, 0]), sum(x_range(plan.stem)) / 2.0
         stations = np.linspace(min(bolts, stem), max(bolts, stem), 33)
         return bend(
             spec.grip_force_N / spec.fingers,
@@ -241,18 +244,21 @@ class StraightFinger:
         return brep.single_solid(brep.fuse(brep.cut(base, tools), plan.stem.solid(spec.finger_length_mm)))
 
     def _stem(self, spec: FingerSpec) -> Stem:
-        """Round for a bore, which three fingers hold; flat for everything else."""
+        """Round for a bore, which centric fingers hold; flat for everything else."""
         p = self._params
-        if spec.grip == INTERNAL and spec.gripper_type == CENTRIC_3:
-            return SliceStem(nose_radius_mm=p.nose_radius, thickness_mm=p.nose_thickness)
-        groove = spec.groove
+        if spec.grip == INTERNAL and spec.gripper_type != PARALLEL_2:
+            return SliceStem(slices=spec.fingers, nose_radius_mm=p.nose_radius, thickness_mm=p.nose_thickness)
+        groove, taper = spec.groove, Taper(angle_rad=spec.taper_rad) if spec.taper_rad else None
+        shape = groove or taper
         flat = FlatStem(
-            thickness_mm=p.thickness + (0.0 if groove is None else groove.depth_mm),
+            thickness_mm=p.thickness + (0.0 if shape is None else shape.depth_mm),
             width_mm=p.width,
             chamfer_mm=p.chamfer,
             inside=spec.grip == INTERNAL,
             pad_mm=spec.pad.thickness_mm,
         )
+        if taper is not None:
+            return TaperedStem(flat=flat, taper=taper)
         return flat if groove is None else GroovedStem(flat=flat, groove=groove)
 
     def _properties(self, spec: FingerSpec, plan: _Plan, build: _Build) -> dict[str, float]:
@@ -264,6 +270,8 @@ class StraightFinger:
         )
         if spec.groove is not None:
             tip |= {"groove_radius_mm": spec.groove.radius_mm, "contact_offset_mm": spec.groove.depth_mm}
+        if isinstance(plan.stem, TaperedStem):
+            tip |= {"taper_degrees": math.degrees(spec.taper_rad), "tip_height_mm": plan.stem.taper.height_mm}
         return tip | {
             "deflection_mm": build.bending.deflection_mm,
             "deflection_max_mm": p.deflection_max,
@@ -281,18 +289,3 @@ class StraightFinger:
             "bolt_pitch_mm": spec.jaw.bolt_pitch_mm,
             "pin_hole_mm": spec.jaw.pin_diameter_mm,
         }
-
-
-def _step_rad(stem: Stem) -> float:
-    """By how much the flats of the mesh turn at most."""
-    match stem:
-        case SliceStem():
-            return _NOSE_STEP_RAD
-        case GroovedStem():
-            return float(2.0 * np.arccos(1.0 - _GROOVE_DEVIATION_MM / stem.groove.radius_mm))
-        case _:
-            return _STEP_RAD
-
-
-def _x_range(stem: Stem) -> tuple[float, float]:
-    return float(stem.outline_mm[:, 0].min()), float(stem.outline_mm[:, 0].max())

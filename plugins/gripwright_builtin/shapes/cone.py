@@ -45,6 +45,11 @@ class Cone:
         return float(np.arctan2(self.radius_mm - self.radius_top_mm, self.height_mm))
 
     @property
+    def contact_radius_mm(self) -> float:
+        """See `CurvedPrimitive`: half way up."""
+        return float((self.radius_mm + self.radius_top_mm) / 2.0 / np.cos(self.half_angle_rad))
+
+    @property
     def truncated(self) -> bool:
         """Whether it is a frustum."""
         return self.radius_top_mm > _POINTED * self.radius_mm

@@ -9,6 +9,7 @@ import numpy as np
 
 from gripwright.design import catalogue
 from gripwright.design.holder import Models, grip_force_N
+from gripwright.design.tapered_hand import taper_of
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import EXTERNAL, INTERNAL, SURFACE, FreeGrasp, GraspConstraint
 from gripwright.domain.grasp import clearance_mm as clearance_of
@@ -22,6 +23,9 @@ ARM_MAX_MM = 100.0
 
 UNKNOWN_FORCE_COST = 1000.0
 """Added to the cost of an actuator of unknown force: it is taken where it saves a gripper, not where it saves mass."""
+
+SAME_TAPER_RAD = 1e-5
+"""Tapers that differ by less are one: figures of documents are rounded."""
 
 _SLACK_MM = 1e-9
 _SHORTER_MM = 0.01  # than what was found too heavy
@@ -73,11 +77,14 @@ class ActuatorClass:
     envelope_mm: float
     opening_max_mm: float
     gripper_class: GripperClass
+    taper_rad: float = 0.0  # of the fingers' tips
     length_limit: str = ""  # why the fingers are no longer, where it is not the maker who says so
 
     def serves(self, free: FreeGrasp) -> bool:
         """Whether a grasp asks for this type of gripper."""
-        return free.grasp.gripper_type == self.actuator.gripper_type and free.grasp.grip == self.grip
+        grasp = free.grasp
+        same_fingers = grasp.grip == self.grip and abs(grasp.taper_rad - self.taper_rad) < SAME_TAPER_RAD
+        return grasp.gripper_type == self.actuator.gripper_type and same_fingers
 
     def constraint(self, free: FreeGrasp, release_clearance_mm: float, policy: HoldPolicy) -> GraspConstraint | Shortfall:
         """What a gripper of this class has to satisfy to hold a grasp, or why none does."""
@@ -137,6 +144,8 @@ def classes_of(
 
     An envelope that admits no wider opening than a smaller one that the actuator fits in is left out.
     """
+    taper = taper_of(hand)
+    tips = "" if taper is None else f"|{np.degrees(taper.angle_rad):.4f}°"
     rungs = np.unique(np.concatenate([free.envelopes_mm for free in grasps])) if grasps else np.empty(0)
     widest_mm = max((free.release_opening_mm for free in grasps), default=0.0)
     classes = []
@@ -156,13 +165,14 @@ def classes_of(
                 continue
             classes.append(
                 ActuatorClass(
-                    key=f"{actuator.name}|{grip}|{envelope_mm:g}",
+                    key=f"{actuator.name}|{grip}|{envelope_mm:g}{tips}",
                     actuator=actuator,
                     fingers=hand.fingers,
                     grip=grip,
                     envelope_mm=envelope_mm,
                     opening_max_mm=opening_mm,
                     gripper_class=gripper_class,
+                    taper_rad=0.0 if taper is None else taper.angle_rad,
                 )
             )
             if opening_mm >= needed_mm:
@@ -189,6 +199,7 @@ def owned_class(key: str, owned: Gripper, hand: HandModel) -> ActuatorClass:
         grip=owned.grip,
         envelope_mm=owned.envelope_mm,
         opening_max_mm=owned.opening_max_mm,
+        taper_rad=owned.taper_rad,
         gripper_class=GripperClass(
             stroke_mm=owned.opening_max_mm - owned.opening_min_mm,
             grip=owned.grip,

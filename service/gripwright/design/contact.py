@@ -23,7 +23,7 @@ from gripwright.plugin_api import HandModel
 
 _SEARCH_MM = 0.5  # how far the seated surface may lie from the planned one
 _DEPTH_MM = 60.0  # surface farther outside the finger's plane is not looked at
-SPREAD_MM = TOUCH_GAP_MM - SEAT_MM  # by so much three fingers on one circle may differ in where they touch
+SPREAD_MM = TOUCH_GAP_MM - SEAT_MM  # by so much three fingers, or the two pairs of four, may differ in where they touch
 
 
 def seat(grasp: Grasp, surface: Surface, hand: HandModel) -> Grasp | Rejection:
@@ -35,53 +35,66 @@ def seat(grasp: Grasp, surface: Surface, hand: HandModel) -> Grasp | Rejection:
         if level is None:
             return Rejection("no-contact", f"finger {number + 1} meets no surface within {_SEARCH_MM} mm of the opening width")
         levels.append(level)
-    if len(levels) == 2:
-        shift = sign * (levels[0] - levels[1]) / 2.0
-        outward = (levels[0] + levels[1]) / 2.0
-    else:
-        shift, outward = 0.0, max(levels)
-        spread = max(levels) - min(levels)
-        if spread > SPREAD_MM:
-            return Rejection("no-contact", f"one finger stays {spread:.3f} mm off the surface, at most {TOUCH_GAP_MM} mm")
+    shift_G, levels = _centred(levels)
+    spread = max(levels) - min(levels)
+    if spread > SPREAD_MM:
+        return Rejection("no-contact", f"one finger stays {spread:.3f} mm off the surface, at most {TOUCH_GAP_MM} mm")
     X_CG = grasp.X_CG.copy()
-    X_CG[:3, 3] += X_CG[:3, 0] * shift
-    width = grasp.opening_width_mm + 2.0 * sign * (outward + SEAT_MM)
+    X_CG[:3, 3] += X_CG[:3, :3] @ (sign * shift_G)
+    width = grasp.opening_width_mm + 2.0 * sign * (max(levels) + SEAT_MM)
     return replace(grasp, X_CG=X_CG, opening_width_mm=float(width))
+
+
+def _centred(levels: Sequence[float]) -> tuple[FloatArray, list[float]]:
+    """How a hand moves (3,) so that opposite fingers lie equally deep, and how deep they all lie then.
+
+    Two fingers, and four, centre what they hold between them; three stand as they are.
+    """
+    pairs = len(levels) // 2 if len(levels) in (2, 4) else 0
+    shift_G, centred = np.zeros(3), list(levels)
+    for k in range(pairs):  # along the gripper's x, then its y
+        shift_G[k] = (levels[k] - levels[k + pairs]) / 2.0
+        centred[k] = centred[k + pairs] = (levels[k] + levels[k + pairs]) / 2.0
+    return shift_G, centred
 
 
 def standing_off_mm(grasp: Grasp, surface: Surface, hand: HandModel) -> list[float | None]:
     """How far each finger stays off the surface when the first one touches it; None: it meets no surface at all."""
     levels = [_level_mm(grasp, number, surface, hand) for number in range(hand.fingers)]
-    foremost = max((level for level in levels if level is not None), default=0.0)
+    met = [level for level in levels if level is not None]
+    if len(met) == len(levels):
+        _, met = _centred(met)
+        return [max(met) - level for level in met]
+    foremost = max(met, default=0.0)
     return [None if level is None else foremost - level for level in levels]
 
 
 def _level_mm(grasp: Grasp, number: int, surface: Surface, hand: HandModel) -> float | None:
-    """How far the surface's foremost point lies within a finger, negative before it; None where there is none to touch."""
+    """How far a finger has to move outwards to touch the surface, negative inwards; None where there is none to touch."""
     gripping = gripping_surface(hand, grasp.grip)
     y_low, y_high = gripping.y_range
     x_range = np.sort(gripping.sign * np.array([-_SEARCH_MM, _DEPTH_MM]))
-    low, high = np.array([x_range[0], y_low, -np.inf]), np.array([x_range[1], y_high, 0.0])
-    X_GF = hand.finger_poses(grasp.opening_width_mm)[number]
-    x = gripping.depths_mm(surface.within(grasp.X_CG @ X_GF, low, high))
+    low, high = np.array([x_range[0], y_low, -gripping.reach_mm(np.inf)]), np.array([x_range[1], y_high, 0.0])
+    X_GP = hand.finger_poses(grasp.opening_width_mm)[number] @ gripping.X_FP
+    x = gripping.depths_mm(surface.within(grasp.X_CG @ X_GP, low, high))
     x = x[x <= _SEARCH_MM]
-    return float(x.max()) if x.size and x.max() >= -_SEARCH_MM else None
+    return float(x.max()) / gripping.slope if x.size and x.max() >= -_SEARCH_MM else None
 
 
 def contacts(
     grasp: Grasp, surface: Surface, hand: HandModel, finger_length_mm: float, min_contact_mm: float
 ) -> tuple[Contact, ...] | Rejection:
     """The contact of each finger of a seated grasp, or why one does not touch as it must."""
-    needed = needed_height_mm(grasp, surface, min_contact_mm)
+    needed, gripping = needed_height_mm(grasp, surface, min_contact_mm), gripping_surface(hand, grasp.grip)
     found = []
     for number, X_GF in enumerate(hand.finger_poses(grasp.opening_width_mm), start=1):
-        touching = _touching(surface, grasp.X_CG @ X_GF, gripping_surface(hand, grasp.grip), finger_length_mm)
-        run = _run_mm(touching)
+        touching = _touching(surface, grasp.X_CG @ X_GF, gripping, finger_length_mm)
+        run = _run_mm(touching) * gripping.slope
         if run < needed - 1e-6:
             return Rejection(
                 "no-contact", f"finger {number} touches along {run:.2f} mm of parallel surface, at least {needed:.2f} mm"
             )
-        found.append(_contact(touching, run, gripping_surface(hand, grasp.grip).sign))
+        found.append(_contact(touching, run, gripping.sign))
     return tuple(found)
 
 
@@ -94,10 +107,11 @@ def contact_heights_mm(grasp: Grasp, surface: Surface, hand: HandModel, finger_l
     """Along how much of its height each finger of a seated grasp touches parallel surface, 0: nowhere."""
     gripping = gripping_surface(hand, grasp.grip)
     poses = hand.finger_poses(grasp.opening_width_mm)
-    return [_run_mm(_touching(surface, grasp.X_CG @ X_GF, gripping, finger_length_mm)) for X_GF in poses]
+    return [_run_mm(_touching(surface, grasp.X_CG @ X_GF, gripping, finger_length_mm)) * gripping.slope for X_GF in poses]
 
 
 def _run_mm(touching: Sequence[tuple[FloatArray, FloatArray]]) -> float:
+    """How far contact reaches along the gripping surface without a break."""
     z = [np.stack([patch[..., 2].min(axis=1), patch[..., 2].max(axis=1)], axis=1) for _, patch in touching]
     return longest_run(np.concatenate([np.empty((0, 2)), *z]), join=1e-4)
 
@@ -110,7 +124,7 @@ def _touching(
     for flat in gripping.flats:
         X_CP = X_CF @ flat.X_FP
         parallel = surface.normals @ (gripping.sign * X_CP[:3, 0]) >= np.cos(PARALLEL_RAD - flat.rounding_rad)
-        low = np.array([-TOUCH_GAP_MM, -flat.width_mm / 2.0, -finger_length_mm])
+        low = np.array([-TOUCH_GAP_MM, -flat.width_mm / 2.0, -gripping.reach_mm(finger_length_mm)])
         high = np.array([TOUCH_GAP_MM, flat.width_mm / 2.0, 0.0])
         patch = surface.within(X_CP, low, high, parallel) if parallel.any() else np.empty((0, 3, 3))
         if len(patch):
@@ -151,16 +165,16 @@ def forbidden_reaches(
         return
     gripping = gripping_surface(hand, grasp.grip)
     y_low, y_high = gripping.y_range
-    inner, outer = sorted((0.0, gripping.sign * gripping.thickness_mm))
-    low = np.array([inner - 2.0 * TOUCH_GAP_MM, y_low, -finger_length_mm])
-    high = np.array([outer + 2.0 * TOUCH_GAP_MM, y_high, 0.0])
+    rooms = gripping.rooms(finger_length_mm, 2.0 * TOUCH_GAP_MM)
     for region, surface in regions:
         for number, X_GF in enumerate(hand.finger_poses(grasp.opening_width_mm), start=1):
             X_CF = grasp.X_CG @ X_GF
-            touched = _within(region, transform(X_CF, surface.within(X_CF, low, high)))
-            if len(touched):
-                _, y, z = np.moveaxis(transform(inverse(X_CF), touched), -1, 0)
-                yield number, region, float(min(-z.min(), y_high - y.min(), y.max() - y_low))
+            for X_FB, low, high in rooms:
+                X_CB = X_CF @ X_FB
+                touched = _within(region, transform(X_CB, surface.within(X_CB, low, high)))
+                if len(touched):
+                    _, y, z = np.moveaxis(transform(inverse(X_CF), touched), -1, 0)
+                    yield number, region, float(min(-z.min(), y_high - y.min(), y.max() - y_low))
 
 
 def _within(region: Forbidden, triangles_C: FloatArray) -> FloatArray:

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
+from gripwright.design.tapered_hand import taper_of
 from gripwright.domain.gripper import ConvexSolid
 from gripwright.domain.shape import FloatArray
 from gripwright.plugin_api import HandModel
@@ -20,8 +21,10 @@ _ROUNDING_MM = 1e-6
 def core_hand(hand: HandModel, grip: str, opening_mm: float, half: FloatArray) -> HandModel | None:
     """A hand whose fingers lie within those of every grasp up to `half` (turned about x and z, shifted along y and z) away.
 
-    It may be asked about collisions of fingers only. None: they have too little in common.
+    It may be asked about collisions of fingers only. None: they have too little in common, or are tapered.
     """
+    if taper_of(hand) is not None:
+        return None
     core = _CoreHand(hand, grip, opening_mm, half)
     across = hand.finger_poses(opening_mm)[:, 0, 1]  # of the gripper's y in each finger's own directions
     alike = bool(np.abs(across).max() < 1e-9 or half[[0, 2]].max() == 0.0)

@@ -11,6 +11,7 @@ from gripwright.design.gauge import Circumstances, Envelopes
 from gripwright.design.hand_check import HandCheck, Miss, OperationScene
 from gripwright.design.holder import Holder, Models, least_length_mm
 from gripwright.design.holding_load import operation_load
+from gripwright.design.tapered_hand import leaving_mm
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
@@ -144,7 +145,8 @@ class GraspJudge:
             envelopes_mm=envelopes,
             finger_length_min_mm=lengths,
             finger_length_max_mm=longest,
-            release_opening_mm=grasp.opening_width_mm + letting_go(grasp.grip) * self._scene.release_clearance_mm,
+            release_opening_mm=grasp.opening_width_mm
+            + letting_go(grasp.grip) * (self._scene.release_clearance_mm + leaving_mm(hand)),
             rise=float((self._scene.motion[-1] @ self._scene.X_PC @ grasp.X_CG)[2, 2]),
             gap_mm=check.gap(grasp, reach, 10.0),
             hold=held,

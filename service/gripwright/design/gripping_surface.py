@@ -1,16 +1,18 @@
-"""The gripping surface of a hand's fingers, read off its solids: a flat, or narrow flats that stand for a nose or a groove.
+"""The gripping surface of a hand's fingers: a flat, or narrow flats that stand for a nose or a groove, or an inclined flat.
 
-Lengths in mm.
+It is read off the hand's solids, but for the incline of tapered tips. Lengths in mm.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from gripwright.design.tapered_hand import TaperedHand
 from gripwright.domain.grasp import EXTERNAL
 from gripwright.domain.shape import FloatArray
+from gripwright.domain.taper import Taper
 from gripwright.geometry.frames import rotation_z
 from gripwright.plugin_api import HandModel
 
@@ -20,7 +22,10 @@ _ASIDE_RAD = float(np.radians(15.0))  # a nose touches with what faces the compo
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Flat:
-    """A flat of the gripping surface: frame P is the finger's, turned about z and moved until the flat lies in P's x = 0."""
+    """A flat of the gripping surface: frame P is the finger's, turned and moved until the flat lies in P's x = 0.
+
+    P's z leads along the flat to the tip's end, where it is 0.
+    """
 
     X_FP: FloatArray  # (4, 4)
     width_mm: float
@@ -35,6 +40,7 @@ class GrippingSurface:
     thickness_mm: float
     flats: tuple[Flat, ...]
     sign: float  # of x, where the component is not: +1 for an external grip, −1 for an internal one
+    taper: Taper | None = None  # the profile lies in the plane x = 0 of its frame P then, and so do depths
 
     @property
     def y_range(self) -> tuple[float, float]:
@@ -48,12 +54,38 @@ class GrippingSurface:
         hollow = self.profile[:, 1].max() > self.profile[[0, -1], 1].max()
         return (-1.0 if hollow else 1.0) * sum(flat.width_mm for flat in self.flats) / turn if turn > 0.0 else np.inf
 
-    def depths_mm(self, triangles_F: FloatArray) -> FloatArray:
-        """How deep in the finger, along x, each corner of triangles (m, 3, 3) lies, negative before it, (k,).
+    @property
+    def X_FP(self) -> FloatArray:
+        """The frame of the profile."""
+        return np.eye(4) if self.taper is None else self.taper.X_FP
+
+    @property
+    def slope(self) -> float:
+        """Cosine of the angle between the gripping surface and the gripper's axis."""
+        return 1.0 if self.taper is None else float(self.taper.X_FP[2, 2])
+
+    def reach_mm(self, finger_length_mm: float) -> float:
+        """How far back from the tip's end it reaches, along itself."""
+        return finger_length_mm if self.taper is None else min(finger_length_mm / self.slope, self.taper.slant_mm)
+
+    def rooms(self, finger_length_mm: float, around_mm: float) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
+        """Boxes that hold the finger and `around_mm` before and behind it: the pose of each seen from F, low and high corner."""
+        y_low, y_high = self.y_range
+        inner, outer = sorted((0.0, self.sign * self.thickness_mm))
+        low = np.array([inner - around_mm, y_low, -finger_length_mm])
+        high = np.array([outer + around_mm, y_high, 0.0])
+        if self.taper is None:
+            return [(np.eye(4), low, high)]
+        tip_low, stem_low, stem_high = low.copy(), low.copy(), high.copy()
+        tip_low[2], stem_low[0], stem_high[2] = -self.taper.slant_mm, low[0] + self.taper.stem_mm, -self.taper.height_mm
+        return [(self.taper.X_FP, tip_low, high), (np.eye(4), stem_low, stem_high)]
+
+    def depths_mm(self, triangles_P: FloatArray) -> FloatArray:
+        """How deep in the finger, along x, each corner of triangles (m, 3, 3) in the profile's frame lies, negative before it.
 
         Where an edge passes from one flat to the next is a corner too: in between, the depth is linear.
         """
-        a, b = triangles_F.reshape(-1, 3), np.roll(triangles_F, -1, axis=1).reshape(-1, 3)
+        a, b = triangles_P.reshape(-1, 3), np.roll(triangles_P, -1, axis=1).reshape(-1, 3)
         levels = self.profile[1:-1, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             share = (levels - a[:, 1:2]) / (b[:, 1:2] - a[:, 1:2])  # (3m, k)
@@ -64,6 +96,10 @@ class GrippingSurface:
 
 def gripping_surface(hand: HandModel, grip: str) -> GrippingSurface:
     """The side of the hand's finger that faces the component."""
+    if isinstance(hand, TaperedHand) and grip == EXTERNAL:
+        flat, taper = gripping_surface(hand.flat, grip), hand.taper
+        flats = tuple(replace(one, X_FP=taper.X_FP @ one.X_FP) for one in flat.flats)
+        return replace(flat, flats=flats, thickness_mm=flat.thickness_mm + taper.depth_mm, taper=taper)
     sections = tuple(solid.vertices_mm[:, :2].tobytes() for solid in hand.finger(10.0, grip))
     return _of_sections(sections, 1.0 if grip == EXTERNAL else -1.0)
 

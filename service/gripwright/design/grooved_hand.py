@@ -1,4 +1,4 @@
-"""The hand of a three-finger gripper whose tips are concave."""
+"""The hand of a three-finger gripper whose tips are concave; the hand of any gripper."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from gripwright.design.holder import sized_hand
+from gripwright.design.tapered_hand import tapered
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL
 from gripwright.domain.gripper import ConvexSolid, Gripper
 from gripwright.domain.groove import Groove
@@ -58,4 +59,6 @@ class GroovedHand:
 
 def hand_of(gripper: Gripper, hand: HandModel) -> HandModel:
     """The hand of a gripper of that type: its tips as they are shaped, or its face of that size."""
-    return sized_hand(hand, gripper.opening_max_mm) if gripper.groove is None else GroovedHand(hand, gripper.groove)
+    if gripper.groove is not None:
+        return GroovedHand(hand, gripper.groove)
+    return tapered(sized_hand(hand, gripper.opening_max_mm), gripper.taper_rad)

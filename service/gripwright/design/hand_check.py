@@ -15,6 +15,7 @@ import numpy as np
 
 from gripwright.design.motion import sampled
 from gripwright.design.sweeps import Sweeps
+from gripwright.design.tapered_hand import leaving_mm, way_out
 from gripwright.domain.grasp import EXTERNAL, SURFACE, Grasp, letting_go
 from gripwright.domain.shape import FloatArray, IntArray
 from gripwright.geometry.collision import ConvexShape, Scene
@@ -74,6 +75,7 @@ class HandCheck:
         self._start, self._end = scene.motion[0], scene.motion[-1]
         self._glances = sampled(scene.motion[[0, -1]], 4)[:0:-1]  # from the end, where things are close
         self._fingers: dict[tuple[str, float], list[FloatArray]] = {}
+        self._ways: dict[tuple[str, float], list[FloatArray]] = {}
         self._palms: dict[float, list[tuple[Polytope, Faces]]] = {}
 
     def rough(self, grasp: Grasp, tips_mm: float) -> Miss | None:
@@ -92,7 +94,7 @@ class HandCheck:
     def _misses(self, grasps: Sequence[Grasp], length_mm: float, draw_back_mm: float) -> list[Miss | None]:
         """For each grasp the first thing that its fingers hit, or None."""
         among = _Candidates(grasps, self.hand)
-        way_out = leaving(self.finger(among.grasp, way_length_mm(among.grasp, length_mm, self.far_mm)), among.grasp, self.far_mm)
+        way_out = self._way_out(among.grasp, length_mm)
         self._leave_attached(among, way_out)
         self._closed_attached(among, length_mm, draw_back_mm)
         self._leave_standing(among, way_out)
@@ -141,9 +143,17 @@ class HandCheck:
 
     # --- volumes -------------------------------------------------------------------------------------------------------
 
+    def _way_out(self, grasp: Grasp, length_mm: float) -> list[FloatArray]:
+        """What a finger passes through on its way out beyond the scene, frame F."""
+        way_mm = way_length_mm(grasp, length_mm, self.far_mm)
+        key = (grasp.grip, way_mm)
+        if key not in self._ways:
+            self._ways[key] = [solid.vertices_mm for solid in way_out(self.hand, way_mm, grasp.grip)]
+        return leaving(self._ways[key], grasp, self.far_mm)
+
     def _out(self, grasp: Grasp) -> float:
         """Way of each gripping surface while the hand lets go, along the finger's +x."""
-        return letting_go(grasp.grip) * self.scene.release_clearance_mm / 2.0
+        return letting_go(grasp.grip) * (self.scene.release_clearance_mm + leaving_mm(self.hand)) / 2.0
 
     def _leave_attached(self, among: "_Candidates", way_out: Sequence[FloatArray]) -> None:
         out, attached = self._out(among.grasp), self.scene.attached

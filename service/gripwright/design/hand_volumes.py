@@ -3,7 +3,7 @@
 The same volumes as `hand_check` asks about, each apart and with its name: that one answers whether, this one by how much.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -20,7 +20,9 @@ from gripwright.design.hand_check import (
 )
 from gripwright.design.motion import path_mm, sampled, stretches
 from gripwright.design.sweeps import step_solid
+from gripwright.design.tapered_hand import leaving_mm, way_out
 from gripwright.domain.grasp import Grasp, letting_go
+from gripwright.domain.gripper import ConvexSolid
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.collision import ConvexShape, PlacedSurface, Scene
 from gripwright.geometry.frames import inverse, transform
@@ -183,17 +185,22 @@ class HandVolumes:
         return np.concatenate([vertices, vertices + share * (moved - vertices)])
 
     def _out(self, grasp: Grasp) -> FloatArray:
-        return np.array([letting_go(grasp.grip) * self._scene.release_clearance_mm / 2.0, 0.0, 0.0])
+        out_mm = letting_go(grasp.grip) * (self._scene.release_clearance_mm + leaving_mm(self._hand)) / 2.0
+        return np.array([out_mm, 0.0, 0.0])
 
     def _leaving(self, grasp: Grasp, finger_length_mm: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:
         """As `_fingers`, of what they pass through on their way out."""
-        for part, vertices, X_GF in self._fingers(grasp, way_length_mm(grasp, finger_length_mm, self._far)):
+        solids = way_out(self._hand, way_length_mm(grasp, finger_length_mm, self._far), grasp.grip)
+        for part, vertices, X_GF in self._each(grasp, solids):
             (way,) = leaving([vertices], grasp, self._far)
             yield part, way, X_GF
 
     def _fingers(self, grasp: Grasp, finger_length_mm: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:
+        return self._each(grasp, self._hand.finger(finger_length_mm, grasp.grip))
+
+    def _each(self, grasp: Grasp, solids: Sequence[ConvexSolid]) -> Iterator[tuple[str, FloatArray, FloatArray]]:
         for number, X_GF in enumerate(self._hand.finger_poses(grasp.opening_width_mm), start=1):
-            for solid in self._hand.finger(finger_length_mm, grasp.grip):
+            for solid in solids:
                 yield f"finger {number}", solid.vertices_mm, X_GF
 
     def _attached(self, part: str, phase: str, margin_mm: float, vertices: FloatArray, X_CS: FloatArray) -> Volume:

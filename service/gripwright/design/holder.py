@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gripwright.design import contact, holding
+from gripwright.design.tapered_hand import shortest_finger_mm
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import Grasp, Hold
@@ -66,5 +67,5 @@ def sized_hand(hand: HandModel, opening_width_mm: float) -> HandModel:
 
 
 def least_length_mm(hand: HandModel, ctx: RunContext) -> float:
-    """The finger length from which on there is a hand: the least contact, of a face what carries it."""
-    return hand.finger_length_min_mm() if isinstance(hand, FaceHand) else ctx.min_contact_mm
+    """The finger length from which on there is a hand: the least contact or a tapered tip, of a face what carries it."""
+    return hand.finger_length_min_mm() if isinstance(hand, FaceHand) else max(ctx.min_contact_mm, shortest_finger_mm(hand))

@@ -6,9 +6,10 @@ grasp based on contact area, 2014; Ciocarlie et al., Soft finger model with adap
 share a load. A patch slips outside the ellipsoid (f / μN)² + (τ / μN·r)² = 1 (Howe and Cutkosky, Practical force-motion models
 for sliding manipulation, 1996), r being the mean distance of its pressure from its centre.
 
-The actuator keeps the sum of the normal forces, the grip force F; its guides carry their differences. The elastic
-distribution is one that friction may choose: F, at which the first contact slips, is never below the least force that any
-distribution needs, and was at most twice that in tests.
+The actuator keeps the sum of the forces towards its axis, the grip force F; its guides carry their differences. Between tapered
+tips (`domain.taper`) these are not the normal forces, which push the component along the axis besides: friction has to hold that,
+too, and it slips out where the taper is steeper than friction. The elastic distribution is one that friction may choose: F, at
+which the first contact slips, is never below the least force that any distribution needs, and was at most twice that in tests.
 """
 
 from collections.abc import Sequence
@@ -19,7 +20,7 @@ from gripwright.design.gripping_surface import GrippingSurface
 from gripwright.domain.grasp import Grasp, Hold
 from gripwright.domain.holding import Contact, Load
 from gripwright.domain.pad import PAD, Pad
-from gripwright.domain.shape import Cylinder, FloatArray, Primitive
+from gripwright.domain.shape import CurvedPrimitive, FloatArray, Primitive
 from gripwright.geometry.wrenches import wrenches
 
 _TILT = 1.0 / 3.0  # of a patch's extent: how far the pressure's resultant may shift, so that at least half stays pressed
@@ -27,6 +28,7 @@ _PARABOLA = np.sqrt(0.6)  # width of the even pressure whose second moment is th
 _STEPS = 2  # towards the force whose own patch needs just that force
 _STEP = 1.0 / 1.2  # of the logarithm: a patch's torsion grows with about the fifth root of the force
 _NARROWEST_MM = 0.01
+_UPRIGHT = 1e-6  # sine of the angle between gripping surface and axis that rounding makes
 
 
 def contact_radius_mm(primitive: Primitive, gripping: GrippingSurface, pad: Pad = PAD) -> float:
@@ -35,7 +37,7 @@ def contact_radius_mm(primitive: Primitive, gripping: GrippingSurface, pad: Pad 
     Curvatures add up: 1/R of a cylinder, −1/r of a groove. A cylinder that nearly fills its groove counts as no wider than the
     finger. A nose carries no pad: it is reckoned as an edge, which touches along a line.
     """
-    surface = primitive.radius_mm if isinstance(primitive, Cylinder) else np.inf
+    surface = primitive.contact_radius_mm if isinstance(primitive, CurvedPrimitive) else np.inf
     if not np.isfinite(gripping.radius_mm):
         return surface
     if gripping.radius_mm > 0.0:
@@ -77,12 +79,12 @@ def _least_force_N(patches: "_Patches", loads: FloatArray, friction: float) -> f
 
 def _needed_N(patches: "_Patches", pressed_N: float, loads: FloatArray, friction: float) -> float:
     """Grip force that holds the loads with the patches that `pressed_N` makes."""
-    count = len(patches.heights)
+    count, total = len(patches.heights), float(patches.slopes.sum())
     widths = patches.widths_mm(pressed_N)
     grip, stiffness = patches.grip_map, patches.stiffness(widths)
     gain = stiffness[:, None] * grip.T  # (6n, 7)
     coupling = grip @ gain  # (7, 7)
-    squeeze = grip[:, 0::6].sum(axis=1) / count  # (7,) wrench of the contacts pressed evenly with a total of 1 N
+    squeeze = grip[:, 0::6].sum(axis=1) / total  # (7,) wrench of the contacts pressed evenly with a grip force of 1 N
     squeeze[6] = 0.0
     asked = -np.vstack([squeeze, patches.scaled(loads)])  # (1 + k, 7)
     answer = (asked @ np.linalg.solve(coupling, gain.T)).reshape(len(asked), count, 6)  # the elastic answer
@@ -90,7 +92,7 @@ def _needed_N(patches: "_Patches", pressed_N: float, loads: FloatArray, friction
     slip = answer[..., 1:4] / friction  # (…, n, 3)
     slip[..., 2] /= _mean_distance(widths, patches.heights) / patches.span
     tilt = answer[..., 4:6] * patches.span / (_TILT * np.stack([widths, patches.heights], axis=-1))
-    each = normal[0] + 1.0 / count  # (n,) normal force by grip force
+    each = normal[0] + 1.0 / total  # (n,) normal force by grip force
     return max(0.0, _friction_bound(each, slip, normal[1:]), _tilt_bound(each, tilt, normal[1:]))
 
 
@@ -124,7 +126,7 @@ def _mean_distance(width: FloatArray, height: FloatArray) -> FloatArray:
 
 
 class _Patches:
-    """The contacts as rectangular patches of pads, `heights` along the gripper's z. Moments are divided by `span`.
+    """The contacts as rectangular patches of pads, `heights` along the gripping surface. Moments are divided by `span`.
 
     Each contact answers with six figures: normal force, friction along the height and across, torque about the normal,
     moments of its pressure about the height and about the width.
@@ -133,22 +135,26 @@ class _Patches:
     def __init__(
         self, touching: Sequence[Contact], arms: FloatArray, height_axis: FloatArray, radius_mm: float, pad: Pad
     ) -> None:
-        self.heights: FloatArray = np.array([max(contact.height_mm, _NARROWEST_MM) for contact in touching])
+        inward = -np.array([contact.normal_C for contact in touching])  # (n, 3)
+        thrust = inward @ height_axis  # (n,) of a normal force along the gripper's axis
+        thrust[np.abs(thrust) < _UPRIGHT] = 0.0
+        self.slopes: FloatArray = np.sqrt(1.0 - thrust**2)
+        self.heights: FloatArray = np.array([max(contact.height_mm, _NARROWEST_MM) for contact in touching]) / self.slopes
         self._flat = np.array([contact.area_mm2 for contact in touching]) / self.heights
         self._radius, self._pad = radius_mm, pad
         self.curved = bool(np.isfinite(radius_mm))
         self.span = max(float(np.linalg.norm(arms, axis=1).max()), float(self.heights.max()))
-        inward = -np.array([contact.normal_C for contact in touching])  # (n, 3)
         along = height_axis - inward * (inward @ height_axis)[:, None]
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         across = np.cross(inward, along)
-        columns = np.zeros((len(arms), 6, 7))  # (contact, figure, wrench and sum of normal forces)
+        columns = np.zeros((len(arms), 6, 7))  # (contact, figure, wrench and force towards the gripper's axis)
         for figure, axis in enumerate((inward, along, across)):
             columns[:, figure, :3] = axis
             columns[:, figure, 3:6] = np.cross(arms, axis) / self.span
         for figure, axis in enumerate((inward, along, across), start=3):
             columns[:, figure, 3:6] = axis
-        columns[:, 0, 6] = 1.0
+        columns[:, 0, 6] = self.slopes
+        columns[:, 1, 6] = 0.0 - thrust
         self.grip_map: FloatArray = columns.reshape(-1, 7).T  # (7, 6n)
 
     def scaled(self, loads: FloatArray) -> FloatArray:
@@ -176,6 +182,6 @@ class _Patches:
         """Widths of the strips on a cylinder: P = k·(2/3)·a³·h / R, up to the pad's greatest compression a² / 2R."""
         pad = self._pad
         widest = np.sqrt(2.0 * self._radius * pad.compression * pad.thickness_mm)
-        each = force_N / len(self.heights)
+        each = force_N / float(self.slopes.sum())
         half = np.cbrt(1.5 * each * self._radius / (pad.normal_N_mm3 * self.heights))
         return np.asarray(2.0 * np.clip(half, _NARROWEST_MM, widest))

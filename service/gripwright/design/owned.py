@@ -1,5 +1,6 @@
 """Grippers that are at hand already: as a plan states them, and as the selection takes them."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -71,6 +72,7 @@ def specifications(design: Mapping[str, Any]) -> list[dict[str, Any]]:
             if gripper["actuator"]["maker"]
             else None,
             "palm_radius": gripper["palm_radius"],
+            **({"taper": gripper["taper"]} if "taper" in gripper else {}),
         }
         for gripper in design["grippers"]
     ]
@@ -89,6 +91,7 @@ def _gripper(owned: OwnedGripper, actuator: Actuator, hand: HandModel) -> Grippe
         actuator=actuator,
         jaw_offset_mm=catalogue.jaw_offset_mm(actuator, owned.opening_max),
         envelope_mm=default_mm if owned.palm_radius is None else owned.palm_radius,
+        taper_rad=math.radians(owned.taper),
         handles=(),
     )
 

@@ -29,11 +29,14 @@ class OwnedGripper(BaseModel):
     finger_length: Length
     actuator: str | None = Field(None, description="maker/model in the catalogue; null: of unknown force and default size")
     palm_radius: Length | None = Field(None, description="of all that is behind the fingers; null: by default")
+    taper: float = Field(0.0, ge=-45, le=45, description="degrees, of tapered tips; positive: they converge towards their ends")
 
     @model_validator(mode="after")
     def _opens(self) -> "OwnedGripper":
         if self.opening_max < self.opening_min:
             raise ValueError(f"opening_max {self.opening_max:g} is less than opening_min {self.opening_min:g}")
+        if self.taper and self.grip == "internal":
+            raise ValueError(f"taper {self.taper:g} for an internal grip: tapered tips hold from outside")
         return self
 
 
@@ -97,9 +100,10 @@ class Plan(BaseModel):
     @field_validator("finger")
     @classmethod
     def _one_by_its_key(cls, finger: str | tuple[str, ...]) -> str | tuple[str, ...]:
-        if not finger:
+        keys = tuple(key.strip() for key in (finger.split(",") if isinstance(finger, str) else finger) if key.strip())
+        if not keys:
             raise ValueError("no finger designer is named")
-        return finger[0] if isinstance(finger, tuple) and len(finger) == 1 else finger
+        return keys[0] if len(keys) == 1 else keys
 
     @field_validator("owned")
     @classmethod

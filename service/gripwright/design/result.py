@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gripwright.design.miss_document import miss_document
+from gripwright.design.miss_document import miss_document, taper_document
 from gripwright.design.pad_pressure import pad_compression, pad_warnings
 from gripwright.design.plan import Plan
 from gripwright.design.shortfall import closest_segment
@@ -169,6 +169,7 @@ def _segment(item: SegmentAnalysis, analysis: Analysis, verdict: SegmentVerdict 
         "gripper_type": need.gripper_type if need is not None else None,
         "grip": need.grip if need is not None else None,
         "opening_width": _opening(free, verdict),
+        **taper_document(need.taper_rad if need is not None else 0.0),
         "finger_length_min": _mm(min(lengths)) if lengths else None,
         "finger_length_max": _mm(longest) if free and np.isfinite(longest) else None,
         "graspable": bool(free),
@@ -222,6 +223,7 @@ def _gripper(
         "opening_max": _mm(gripper.opening_max_mm),
         "finger_length": _mm(gripper.finger_length_mm),
         "palm_radius": _mm(gripper.envelope_mm),
+        **taper_document(gripper.taper_rad),
         "actuator": {
             "maker": gripper.actuator.maker,
             "model": gripper.actuator.model,

@@ -77,7 +77,7 @@ def with_shaped_tips(
 
 def _groove(gripper: Gripper, scenes: Sequence[HandleScene], designer: FingerDesigner, hand: HandModel) -> Groove | None:
     """What the designer would cut, where a three-finger gripper holds nothing but cylinders from outside."""
-    if not isinstance(designer, TipShaper) or gripper.gripper_type != CENTRIC_3 or gripper.grip != EXTERNAL:
+    if not isinstance(designer, TipShaper) or gripper.gripper_type != CENTRIC_3 or gripper.grip != EXTERNAL or gripper.taper_rad:
         return None
     radii = []
     for handle, at in zip(gripper.handles, scenes, strict=True):

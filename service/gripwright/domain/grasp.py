@@ -1,14 +1,17 @@
 """Grip requirements, grasps and grasp constraints. Gripper frame G: origin at the fingertips' level, +z approach, +x finger 1."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
 from gripwright.domain.errors import Rejection
+from gripwright.domain.later import LATER
 from gripwright.domain.preference import Preference
 from gripwright.domain.shape import FloatArray, Primitive
 
 PARALLEL_2 = "parallel-2"
 CENTRIC_3 = "centric-3"
+CENTRIC_4 = "centric-4"
 EXTERNAL = "external"
 INTERNAL = "internal"
 SURFACE = "surface"
@@ -26,12 +29,17 @@ def clearance_mm(grip: str, *asked_mm: float) -> float:
     return 0.0 if grip == SURFACE else max(asked_mm)
 
 
+TAPER_LIMIT_RAD = math.radians(45.0)
+"""Of tapered tips: no friction holds a steeper one."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GripRequirement:
     """What a rule asks of a gripper before the assembly is considered.
 
     `approach_C` are unit vectors along which the gripper's +z may point; empty: any direction that keeps the fingers on
     the surfaces. `grip_axes_C` are the directions across which a parallel gripper closes; empty for centric ones.
+    `taper_rad` inclines the gripping surfaces to the gripper's axis (`domain.taper`); 0: they are parallel to it.
     """
 
     gripper_type: str
@@ -42,6 +50,14 @@ class GripRequirement:
     primitive: Primitive
     rule: str = ""
     preferences: tuple[Preference, ...] = ()  # of the house's policies; the host fills them in
+    taper_rad: float = field(default=0.0, metadata=LATER)
+
+    def __post_init__(self) -> None:
+        if self.taper_rad and (self.grip != EXTERNAL or not abs(self.taper_rad) < TAPER_LIMIT_RAD):
+            degrees, limit = math.degrees(self.taper_rad), math.degrees(TAPER_LIMIT_RAD)
+            raise ValueError(
+                f"tapered tips hold from outside, at less than {limit:.0f}°; asked for is {self.grip}, {degrees:.1f}°"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,6 +75,7 @@ class Grasp:
     contact_offset_mm: float = 0.0
     label: str = ""  # how it was planned, for the report: "axis +z, depth 3.2, 30°"
     leeway: FloatArray | None = None  # (4, 2)
+    taper_rad: float = field(default=0.0, metadata=LATER)  # as of its requirement
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -114,6 +114,7 @@ class Gripper:
     envelope_mm: float  # radius of the palm envelope that the constraints assumed
     handles: tuple[Handle, ...]
     groove: Groove | None = None  # of concave tips; None: they are not shaped
+    taper_rad: float = field(default=0.0, metadata=LATER)  # of its tips (`domain.taper`); 0: straight
 
 
 def without_handles(gripper: Gripper) -> Gripper:
@@ -170,6 +171,7 @@ class FingerSpec:
     jaw: JawInterface = JawInterface()  # the jaw's reference stands at x = −jaw_offset_mm
     pad: Pad = PAD  # with which its grasps are held
     groove: Groove | None = None  # its tip is concave: its stem reaches farther to x ≥ 0 by the groove's depth
+    taper_rad: float = field(default=0.0, metadata=LATER)  # of its tip (`domain.taper`): the stem reaches farther to x ≥ 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -83,6 +83,16 @@ class FollowedPrimitive(Primitive, Protocol):
 
 
 @runtime_checkable
+class CurvedPrimitive(Primitive, Protocol):
+    """A primitive that also says how curved it is across the lines along which fingers touch it. Optional: else it is flat."""
+
+    @property
+    def contact_radius_mm(self) -> float:
+        """Radius of curvature; inf where it is flat."""
+        ...
+
+
+@runtime_checkable
 class DrawnPrimitive(Primitive, Protocol):
     """A primitive that can be shown in pictures. Optional: without it the picture leaves its segment out."""
 
@@ -127,6 +137,11 @@ class Cylinder:
     axis_sigma_rad: float = 0.0  # standard error of the axis direction
     bore: "Cylinder | None" = None  # of an outer surface: the bore that the same segment has besides, if it is filled
     kind: str = field(default="cylinder", init=False)
+
+    @property
+    def contact_radius_mm(self) -> float:
+        """See `CurvedPrimitive`."""
+        return self.radius_mm
 
     @property
     def volume_mm3(self) -> float:

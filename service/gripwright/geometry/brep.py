@@ -178,6 +178,16 @@ def prism_z(polygon_mm: FloatArray, z_min_mm: float, z_max_mm: float) -> Shape:
     return BRepPrimAPI_MakePrism(face, gp_Vec(0, 0, z_max_mm - z_min_mm)).Shape()
 
 
+def prism_y(polygon_mm: FloatArray, y_min_mm: float, y_max_mm: float) -> Shape:
+    """A plane polygon (n, 2) of x and z, any winding, extruded along y."""
+    outline = BRepBuilderAPI_MakePolygon()
+    for x, z in polygon_mm:
+        outline.Add(gp_Pnt(float(x), y_min_mm, float(z)))
+    outline.Close()
+    face = BRepBuilderAPI_MakeFace(outline.Wire(), True).Face()
+    return BRepPrimAPI_MakePrism(face, gp_Vec(0, y_max_mm - y_min_mm, 0)).Shape()
+
+
 def fuse(first: Shape, second: Shape) -> Shape:
     """The union, its coplanar neighbours merged into one face."""
     return _unified(BRepAlgoAPI_Fuse(first, second).Shape())

@@ -114,7 +114,9 @@ _PLUGIN = {
     "distribution": "gripwright",
     "summary": "Segments by the shape diameter function.",
     "options": {"type": "object", "properties": {"rays": {"type": "integer", "default": 30}}},
+    "warnings": [],
 }
+_PLAN_SCHEMA = {"type": "object", "properties": {"segmenter": {"type": "string", "default": "sdf", "x-plugins": "segmenter"}}}
 _WEBHOOK = {"id": _WEBHOOK_ID, "url": "https://plm.example/hooks", "events": ["design.complete"], "created_at": _FIRST}
 _CREATED = {**_WEBHOOK, "secret": "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw"}
 _SUBSCRIBER = {**_WEBHOOK, "enabled": True, "disabled_reason": "", "failing_since": None, "old_secret_expires_at": None}
@@ -195,7 +197,7 @@ RESPONSES: Mapping[str, Mapping[str, Any]] = {
     "minimise_gripper_set": {
         "200": {"grippers": [{**_GRIPPER, "components": ["1"]}], "lower_bound": 1, "proven": True, "uncoverable": []}
     },
-    "list_plugins": {"200": {"items": [_PLUGIN], "failures": []}},
+    "list_plugins": {"200": {"items": [_PLUGIN], "failures": [], "plan": _PLAN_SCHEMA}},
     "get_plugin": {"200": _PLUGIN},
     "list_actuators": {"200": {"items": [_ACTUATOR]}},
     "get_actuator": {"200": _ACTUATOR},

@@ -15,6 +15,7 @@ from gripwright.plugin_api.contracts import (
     Plugin,
     PrimitiveFitter,
     Segmenter,
+    TaperedFingerDesigner,
     TipShaper,
 )
 from gripwright.plugin_api.grips import grips_of
@@ -39,6 +40,7 @@ __all__ = [
     "PrimitiveFitter",
     "RunContext",
     "Segmenter",
+    "TaperedFingerDesigner",
     "TipShaper",
     "grips_of",
 ]

@@ -188,6 +188,15 @@ class HousePolicy(Plugin, Protocol):
 
 
 @runtime_checkable
+class TaperedFingerDesigner(Protocol):
+    """A finger designer that also makes tapered tips: a spec whose `taper_rad` is not 0 asks for one (`domain.taper`)."""
+
+    def tapers(self, taper_rad: float) -> bool:
+        """Whether it makes tips of this taper."""
+        ...
+
+
+@runtime_checkable
 class TipShaper(Protocol):
     """A finger designer that also shapes tips to what a gripper holds: its `design` cuts the groove that the spec names."""
 

@@ -1,5 +1,6 @@
 """The workshop drawing of a finger as SVG: three views in first-angle projection, main dimensions, holes, title block. A4, mm."""
 
+import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -8,12 +9,14 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from gripwright.design.stages.fingers import GripperCad
-from gripwright.domain.grasp import INTERNAL, SURFACE
+from gripwright.domain.grasp import SURFACE
 from gripwright.domain.gripper import second_part
 from gripwright.domain.shape import FloatArray
+from gripwright.domain.taper import Taper
 from gripwright.geometry import brep
 from gripwright.geometry.projection import Projection, project
 from gripwright.report.dimension import Point, horizontal, millimetres, text, vertical
+from gripwright.report.drawing_notes import bonding_notes, gripping_surface_notes
 
 _SHEET = (297.0, 210.0)
 _MARGIN, _GAP = 10.0, 34.0
@@ -66,6 +69,7 @@ def finger_drawing(cad: GripperCad, *, title: str, part_number: str) -> str:
             _side_dimensions(side, measures),
             _top_dimensions(top, measures),
             _tip_radius(top, measures, cad),
+            _incline(front, cad),
             _title_block(cad, title, part_number, front.scale),
             *(text((column, 20.0 + 5.0 * i), note, anchor="start") for i, note in enumerate(notes)),
         ]
@@ -105,7 +109,7 @@ def _measure(cad: GripperCad, solid: brep.Shape) -> _Measures:
 
 
 def _seat_mm(cad: GripperCad) -> float:
-    if cad.finger.bonded is None or cad.spec.grip == SURFACE:
+    if cad.finger.bonded is None or cad.spec.taper_rad or cad.spec.grip == SURFACE:
         return 0.0
     x = brep.bounds_mm(brep.read_brep(cad.finger.bonded.pad.brep))[:, 0]
     return float(x[np.argmax(np.abs(x))])
@@ -189,6 +193,20 @@ def _tip_radius(view: _View, m: _Measures, cad: GripperCad) -> str:
     return "" if radius is None else text((at[0] + 1.0, at[1] + 1.1), f"R{millimetres(radius)}", anchor="start")
 
 
+def _incline(view: _View, cad: GripperCad) -> str:
+    """Height and angle of a tapered gripping surface, before it."""
+    if not cad.spec.taper_rad:
+        return ""
+    taper = Taper(angle_rad=cad.spec.taper_rad)
+    middle = view.at(0.0, -taper.height_mm / 2.0)
+    return "".join(
+        [
+            vertical(view.at(taper.tip_mm, 0.0), view.at(taper.stem_mm, -taper.height_mm), -15.0, taper.height_mm),
+            text((middle[0] - 7.0, middle[1] + 1.1), f"{abs(math.degrees(taper.angle_rad)):.1f}°"),
+        ]
+    )
+
+
 def _left_of(view: _View, m: _Measures, x_mm: float) -> float:
     """Offset on the sheet that puts a dimension of a feature at x to the left of the view."""
     return float((m.low[0] - x_mm) * view.scale - 7.0)
@@ -232,8 +250,8 @@ def _notes(cad: GripperCad, m: _Measures) -> list[str]:
     notes += [
         f"Make {spec.fingers} alike, one for each jaw of {spec.actuator.name}.",
         f"Screws ISO 4762 M{spec.jaw.bolt_thread_mm:g}" + (f", pin ⌀{pin:g} locates it on the jaw." if pin else "."),
-        *_gripping_surface(cad),
-        *_bonding(cad),
+        *gripping_surface_notes(cad),
+        *bonding_notes(cad),
         "Outline of the base as in the STEP file.",
         "Where printed: base's back on the bed, no support.",
     ]
@@ -242,39 +260,6 @@ def _notes(cad: GripperCad, m: _Measures) -> list[str]:
     if cad.grip_force_max_N is not None:
         notes.append(f"Regulate the actuator to {cad.grip_force_max_N:.0f} N at most.")
     return notes
-
-
-def _gripping_surface(cad: GripperCad) -> list[str]:
-    nose = cad.finger.properties.get("nose_radius_mm")
-    if nose is not None:
-        return [
-            f"Gripping surface: the stem's round side R{millimetres(nose)} away from the gripper's axis,",
-            "tangent to x = 0; whole up to the tip, its edges broken by 0.2 at most.",
-        ]
-    if (groove := cad.finger.properties.get("groove_radius_mm")) is not None:
-        return [
-            f"Gripping surface: hollow R{millimetres(groove)} over the whole stem, its corners at",
-            "x = 0, towards the gripper's axis; edges broken by 0.2 at most.",
-        ]
-    side = "away from" if cad.spec.grip == INTERNAL else "towards"
-    part = "stem" if cad.finger.bonded is None else "pad"
-    return [
-        f"Gripping surface: the {part}'s face {side} the gripper's axis, x = 0;",
-        "flat over the whole stem, its edges broken by 0.2 at most.",
-    ]
-
-
-def _bonding(cad: GripperCad) -> list[str]:
-    bonded = cad.finger.bonded
-    if bonded is None:
-        return []
-    thickness, width, length = (millimetres(side) for side in bonded.pad_size_mm)
-    return [
-        f"Pad: {bonded.pad.material}, {thickness} × {width} × {length}; bond it over its whole face,",
-        f"flush with tip and sides, with {bonded.adhesive}.",
-        "Seat of the pad: degreased, its corner to the base R0.3 at most.",
-        "Holes are measured from the seat. Without pad: finger_bare.step.",
-    ]
 
 
 def _title_block(cad: GripperCad, title: str, part_number: str, scale: float) -> str:

@@ -1,6 +1,7 @@
 """The report: one self-contained page on which a person can judge a design."""
 
 import base64
+import math
 from collections.abc import Mapping
 from html import escape
 from typing import Any
@@ -12,6 +13,7 @@ from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import SURFACE
+from gripwright.domain.taper import taper_words
 from gripwright.report.views import Views
 
 _STYLE = """
@@ -108,7 +110,9 @@ def _grippers(result: DesignResult, views: Views) -> str:
 def _measures(gripper: Mapping[str, Any]) -> str:
     if gripper["grip"] == SURFACE:
         return f"holds by a face of ⌀{gripper['opening_max']:.4g} mm · {gripper['finger_length']:g} mm long"
-    return f"opens {gripper['opening_min']:.4g} to {gripper['opening_max']:.4g} mm · fingers {gripper['finger_length']:g} mm"
+    tapered = f", {taper_words(math.radians(gripper['taper']))}" if "taper" in gripper else ""
+    opens = f"opens {gripper['opening_min']:.4g} to {gripper['opening_max']:.4g} mm"
+    return f"{opens} · fingers {gripper['finger_length']:g} mm{tapered}"
 
 
 def _not_chosen(document: Mapping[str, Any]) -> str:

@@ -14,6 +14,7 @@ from gripwright.design.memory import Memory
 from gripwright.design.motion import pose_at
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
+from gripwright.design.tapered_hand import tapered
 from gripwright.domain.assembly import Operation
 from gripwright.domain.gripper import Gripper, Handle, without_handles
 from gripwright.domain.shape import Analysis, FloatArray, IntArray, Mesh
@@ -156,6 +157,7 @@ def miss_view(
 ) -> bytes:
     """The hand of the grasp that came closest, where it fails: what is in the way of what, and a ring around the place."""
     hand, length = sized_hand(hands[miss["gripper_type"]], miss["opening_width"]), max(miss["finger_length"], _SHORTEST_MM)
+    hand = tapered(hand, float(np.radians(miss.get("taper", 0.0))))
     fingers = [
         shown(hull_mesh(solid.vertices_mm), X_PG @ X_GF, _MISSED if miss["part"] == f"finger {number}" else _HAND)
         for number, X_GF in enumerate(hand.finger_poses(miss["opening_width"]), start=1)

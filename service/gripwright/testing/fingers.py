@@ -1,4 +1,4 @@
-"""Checks of finger designers: one valid solid in frame F, with the mesh and the mass that it states, its pad and its groove."""
+"""Checks of finger designers: one valid solid in frame F, its mesh and mass as stated, its pad, its groove, its taper."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 
 from gripwright.domain.errors import InvalidGeometry, Rejection
-from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, PARALLEL_2, SURFACE
+from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, EXTERNAL, PARALLEL_2, SURFACE
 from gripwright.domain.gripper import NO_STROKE, Actuator, FingerDesign, FingerSpec
 from gripwright.domain.groove import Groove
+from gripwright.domain.taper import Taper
 from gripwright.geometry import brep
 from gripwright.geometry.adjacency import face_adjacency
-from gripwright.geometry.measures import volume_mm3
+from gripwright.geometry.frames import inverse, transform
+from gripwright.geometry.measures import face_areas_mm2, volume_mm3
 from gripwright.plugin_api import grips_of
 from gripwright.testing.trial import Case, Check, Trial, is_length
 
@@ -20,11 +22,13 @@ _LENGTH_MM = 30.0
 _PLANE_MM = 1e-3
 _FACE_MM, _FACE_LENGTH_MM = 32.0, 80.0
 _GROOVE = Groove(radius_mm=27.0, width_mm=10.0)
+_TAPERS = (12.0, -12.0)
+_TAPERED_SHARE = 0.95  # of the width of the tip; edges may be broken
 _DENSITIES_KG_M3 = (500.0, 20_000.0)
 
 
 def cases(plugin: Any) -> list[Case]:
-    """Each grip that it serves of each gripper type; of a tip shaper one with a groove besides."""
+    """Each grip that it serves of each gripper type; besides, a groove of a tip shaper, tapered tips of who makes them."""
     specs = {
         f"{gripper_type}, {grip}": _face_spec(gripper_type) if grip == SURFACE else _spec(gripper_type, grip)
         for gripper_type in sorted(plugin.gripper_types)
@@ -32,6 +36,11 @@ def cases(plugin: Any) -> list[Case]:
     }
     if hasattr(plugin, "groove") and CENTRIC_3 in plugin.gripper_types:
         specs[f"{CENTRIC_3}, grooved"] = replace(_spec(CENTRIC_3, EXTERNAL), groove=_GROOVE)
+    if hasattr(plugin, "tapers"):
+        for gripper_type in sorted(plugin.gripper_types):
+            for degrees in _TAPERS:
+                spec = replace(_spec(gripper_type, EXTERNAL), taper_rad=float(np.radians(degrees)))
+                specs[f"{gripper_type}, tapered {degrees:g}°"] = spec
     return [Case(name=name, method="design", arguments={"spec": spec}) for name, spec in specs.items()]
 
 
@@ -62,7 +71,7 @@ def _spec(gripper_type: str, grip: str) -> FingerSpec:
         opening_min_mm=52.0,
         opening_max_mm=60.0,
         stroke_mm=8.0,
-        fingers=2 if gripper_type == PARALLEL_2 else 3,
+        fingers={PARALLEL_2: 2, CENTRIC_4: 4}.get(gripper_type, 3),
         envelope_mm=60.0,
         actuator=Actuator(maker="Sample", model="S1", gripper_type=gripper_type, stroke_mm=8.0),
         contact_radii_mm=(27.0, float("inf")),
@@ -150,10 +159,32 @@ def groove(trial: Trial) -> Iterable[str]:
             yield f"{case.name}: {within:.4g} mm³ of the tip lie in the groove's cylinder, or the groove is deeper"
 
 
+def tapers(trial: Trial) -> Iterable[str]:
+    """The tip's gripping surface is a plane of the angle that the spec names, as high as a taper, and nothing lies before it."""
+    for case, design in trial.answers():
+        angle = case.arguments["spec"].taper_rad
+        if not angle:
+            continue
+        asked = Taper(angle_rad=angle)
+        corners = transform(inverse(asked.X_FP), design.mesh.triangles_mm)  # (m, 3, 3)
+        low = np.array([-_PLANE_MM, -np.inf, -asked.slant_mm - _PLANE_MM])
+        on_plane = ((corners >= low) & (corners <= [_PLANE_MM, np.inf, _PLANE_MM])).all(axis=(1, 2))
+        area = float(face_areas_mm2(design.mesh)[on_plane].sum())
+        stem = design.mesh.vertices_mm[design.mesh.vertices_mm[:, 2] > -_LENGTH_MM + _PLANE_MM]
+        whole = asked.slant_mm * float(np.ptp(stem[:, 1]))
+        if area < _TAPERED_SHARE * whole:
+            degrees = np.degrees(angle)
+            yield f"{case.name}: {area:.4g} mm² of the tip are inclined by {degrees:.1f}° where {whole:.4g} mm² were expected"
+        within = (corners[..., 2] >= -asked.slant_mm) & (corners[..., 2] <= 0.0)
+        if (corners[..., 0][within] < -_PLANE_MM).any():
+            yield f"{case.name}: the tip reaches before its inclined gripping surface"
+
+
 CHECKS = (
     Check("design", "a design, or a no with its reason", designs),
     Check("solid", "one valid solid, a closed mesh, the volume and mass that are stated", solid),
     Check("frame", "tip at z = 0, gripping surface at x = 0", frame),
     Check("parts", "bare finger and pad make up the finger", parts),
     Check("groove", "the tip has the groove that is asked for", groove),
+    Check("tapers", "the tip has the taper that is asked for", tapers),
 )

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, PARALLEL_2, SURFACE, Grasp, GripRequirement
+from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, EXTERNAL, PARALLEL_2, SURFACE, Grasp, GripRequirement
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.frames import is_rigid, moved
 from gripwright.plugin_api import grips_of
@@ -37,7 +37,7 @@ def _asked(plugin: Any, gripper_type: str, X_CB: FloatArray) -> Iterable[tuple[s
     grips = grips_of(plugin)
     if EXTERNAL in grips and gripper_type != PARALLEL_2:
         yield "stepped shaft", centric_requirement(X_CB, gripper_type)
-    if EXTERNAL in grips and gripper_type != CENTRIC_3:
+    if EXTERNAL in grips and gripper_type not in (CENTRIC_3, CENTRIC_4):
         yield "box with boss", parallel_requirement(X_CB, gripper_type)
     if SURFACE in grips:
         yield "box with boss", face_requirement(X_CB, gripper_type)
@@ -46,7 +46,7 @@ def _asked(plugin: Any, gripper_type: str, X_CB: FloatArray) -> Iterable[tuple[s
 def _hand(requirement: GripRequirement) -> SampleHand:
     if requirement.grip == SURFACE:
         return SampleFace(requirement.gripper_type, requirement.opening_width_mm)
-    return SampleHand(requirement.gripper_type, 2 if requirement.gripper_type == PARALLEL_2 else 3)
+    return SampleHand(requirement.gripper_type, {PARALLEL_2: 2, CENTRIC_4: 4}.get(requirement.gripper_type, 3))
 
 
 def grasps(trial: Trial) -> Iterable[str]:

@@ -19,6 +19,7 @@ from gripwright.design.holder import sized_hand
 from gripwright.design.holding import contact_radius_mm
 from gripwright.design.nearest_miss import closest_grasp
 from gripwright.design.places import Places, hopeless
+from gripwright.design.tapered_hand import taper_of, tapered
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import INTERNAL, SURFACE, FreeGrasp, Grasp, GripRequirement, NearestMiss, SegmentVerdict
@@ -105,6 +106,7 @@ class SegmentSearch:
                 self._lacking.append(lacking)
                 continue
             hand = sized_hand(self._toolbox.hands[requirement.gripper_type], requirement.opening_width_mm)
+            hand = tapered(hand, requirement.taper_rad)
             narrow = _too_narrow(requirement, hand, scene.release_clearance_mm)
             if narrow is not None:
                 self._narrow.append(narrow)
@@ -116,6 +118,7 @@ class SegmentSearch:
             for planner in _planners(requirement, self._toolbox):
                 with self._ctx.timed("grasps.plan"):
                     grasps = planner.plan(self._judge.held.component, self._analysis.segment, requirement, hand, self._ctx)
+                    grasps = [replace(grasp, taper_rad=requirement.taper_rad) for grasp in grasps] if taper_of(hand) else grasps
                 with self._ctx.timed("constraints.check"):
                     free, missed = self._judge.first_free(grasps, hand, check, radius_mm)
                 places = Places.of(grasps)

@@ -12,11 +12,14 @@ from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import SURFACE
 from gripwright.domain.gripper import FingerDesign, FingerSpec, Gripper
 from gripwright.domain.pad import Pad
-from gripwright.domain.shape import Mesh
-from gripwright.geometry.frames import transform
-from gripwright.plugin_api import FingerDesigner, HandModel, RunContext
+from gripwright.domain.shape import FloatArray, Mesh
+from gripwright.domain.taper import Taper
+from gripwright.geometry.frames import inverse, transform
+from gripwright.geometry.measures import face_areas_mm2
+from gripwright.plugin_api import FingerDesigner, HandModel, RunContext, TaperedFingerDesigner
 
 _TOLERANCE_MM = 0.02  # of a tessellated surface
+_WHOLE = 0.95  # of a tapered gripping surface; its edges may be broken
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,6 +51,8 @@ def design_gripper_cad(
     Fingers are made for the actuator's full grip force; where none can bear it, for what the handles need (`required_force_N`)
     with the safety factor, and the force to which the actuator must be regulated is stated.
     """
+    if gripper.taper_rad and not (isinstance(designer, TaperedFingerDesigner) and designer.tapers(gripper.taper_rad)):
+        return Rejection("finger-not-tapered", f"the finger designer {designer.key!r} makes no tips of that taper")
     needed = required_force_N * safety_factor
     full = holder.grip_force_N(gripper.actuator, gripper.opening_max_mm, models or {})
     forces = [needed] if full is None else [full, *([needed] if needed < full else [])]
@@ -105,7 +110,16 @@ def finger_spec(gripper: Gripper, contact_radii_mm: Sequence[float], grip_force_
         jaw=jaw_of(gripper.actuator),
         pad=pad,
         groove=gripper.groove,
+        taper_rad=gripper.taper_rad,
     )
+
+
+def _inclined_share(taper: Taper, finger: Mesh, room_mm: FloatArray) -> float:
+    """Which share of the hand's tapered gripping surface the finger has."""
+    triangles = transform(inverse(taper.X_FP), finger.triangles_mm)  # (m, 3, 3)
+    low, high = np.array([0.0, -np.inf, -taper.slant_mm]), np.array([0.0, np.inf, 0.0])
+    on_surface = ((triangles >= low - _TOLERANCE_MM) & (triangles <= high + _TOLERANCE_MM)).all(axis=(1, 2))
+    return float(face_areas_mm2(finger)[on_surface].sum() / (taper.slant_mm * np.ptp(room_mm[:, 1])))
 
 
 def _outside_hand(spec: FingerSpec, finger: Mesh, hand: HandModel) -> Rejection | None:
@@ -116,6 +130,12 @@ def _outside_hand(spec: FingerSpec, finger: Mesh, hand: HandModel) -> Rejection 
     excess = max(float((room.min(axis=0) - stem.min(axis=0)).max()), float((stem.max(axis=0) - room.max(axis=0)).max()))
     if excess > _TOLERANCE_MM:
         return Rejection("finger-outside-hand", f"the stem reaches {excess:.2f} mm out of the hand model's finger")
+    if spec.taper_rad and (share := _inclined_share(Taper(angle_rad=spec.taper_rad), finger, room)) < _WHOLE:
+        return Rejection(
+            "finger-not-tapered",
+            f"the gripping surface is inclined by {np.degrees(spec.taper_rad):.1f}° over {100.0 * share:.0f} % of the tip, "
+            f"at least {100.0 * _WHOLE:.0f} % is asked for",
+        )
     if spec.grip == SURFACE:  # a cup may be wider than the palm: what lies before it was judged by its own solids
         base = vertices[vertices[:, 2] < -spec.finger_length_mm + _TOLERANCE_MM]
         poses = hand.finger_poses(spec.opening_max_mm)

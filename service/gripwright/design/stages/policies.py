@@ -8,7 +8,7 @@ from gripwright.design.step_values import HouseActuators
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import EXTERNAL, GripRequirement
+from gripwright.domain.grasp import INTERNAL, GripRequirement
 from gripwright.domain.gripper import Actuator
 from gripwright.domain.preference import Preference, weight
 from gripwright.domain.shape import Segment
@@ -37,7 +37,7 @@ def house_grips(
             kept.append(dataclasses.replace(requirement, preferences=opinion))
     if not kept:
         return Rejection(refusals[0].code, "; ".join(dict.fromkeys(refusal.detail for refusal in refusals)))
-    return tuple(sorted(kept, key=lambda need: (weight(need.preferences), need.grip != EXTERNAL)))
+    return tuple(sorted(kept, key=lambda need: (weight(need.preferences), need.grip == INTERNAL)))
 
 
 def house_actuators(actuators: Sequence[Actuator], policies: Sequence[HousePolicy]) -> HouseActuators:

@@ -20,6 +20,7 @@ from gripwright.design.handles import HeldGrasp, best_handle, fewest_changes, fr
 from gripwright.design.not_chosen import ActuatorGrip, Offers, not_chosen, total_cost
 from gripwright.design.plan import Plan
 from gripwright.design.shortfall import closest, without_actuator, without_grasp
+from gripwright.design.tapered_hand import tapered
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.errors import Rejection
@@ -140,17 +141,22 @@ def _offer(grasps: Sequence[HeldGrasp], actuators: Sequence[Actuator], options: 
     costs = costs_of(actuators, policy, options.preferences)
     classes: dict[str, ActuatorClass] = {}
     worse: dict[ActuatorGrip, Rejection] = {}
-    for gripper_type, grip in sorted({(held.free.grasp.gripper_type, held.free.grasp.grip) for held in grasps}):
-        frees = [held.free for held in grasps if (held.free.grasp.gripper_type, held.free.grasp.grip) == (gripper_type, grip)]
+    for gripper_type, grip, taper_rad in sorted({_fingers(held.free) for held in grasps}):
+        frees = [held.free for held in grasps if _fingers(held.free) == (gripper_type, grip, taper_rad)]
         fitting = [actuator for actuator in actuators if actuator.gripper_type == gripper_type]
         beaten = outdone(fitting, costs, grip)
         worse.update({(name, grip): rejection for name, rejection in beaten.items()})
         best = [actuator for actuator in fitting if actuator.name not in beaten]
-        for kind in classes_of(best, costs, frees, hands[gripper_type], grip):
+        for kind in classes_of(best, costs, frees, tapered(hands[gripper_type], taper_rad), grip):
             classes[kind.key] = with_shorter_fingers(kind, options.too_heavy)
     owned = {f"owned|{i}": i for i in range(len(options.owned))}
     classes.update({key: owned_class(key, options.owned[i], hands[options.owned[i].gripper_type]) for key, i in owned.items()})
     return _Offer(classes=classes, owned=owned, outdone=worse, costs=costs, policy=policy)
+
+
+def _fingers(free: FreeGrasp) -> tuple[str, str, float]:
+    """What a grasp asks of fingers: grippers of other fingers are of other classes."""
+    return free.grasp.gripper_type, free.grasp.grip, free.grasp.taper_rad
 
 
 def _demand(grasps: Sequence[HeldGrasp], offer: _Offer, options: SelectOptions) -> _Demand:
@@ -188,8 +194,7 @@ def _offers(actuators: Sequence[Actuator], offer: _Offer, demands: Mapping[str, 
 def _figures(free: FreeGrasp) -> tuple[object, ...]:
     """What selection knows of a grasp: grasps of the same figures make the same constraints."""
     return (
-        free.grasp.gripper_type,
-        free.grasp.grip,
+        *_fingers(free),
         free.grasp.opening_width_mm,
         free.release_opening_mm,
         free.finger_length_max_mm,
@@ -271,6 +276,7 @@ def _gripper(
         actuator=kind.actuator,
         jaw_offset_mm=catalogue.jaw_offset_mm(kind.actuator, parameters.opening_max_mm),
         envelope_mm=kind.envelope_mm,
+        taper_rad=kind.taper_rad,
         handles=tuple(
             best_handle(op, grasps[op], parameters, kind, options.release_clearance_mm, offer.policy) for op in operations
         ),

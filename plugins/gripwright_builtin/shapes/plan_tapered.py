@@ -1,0 +1,120 @@
+"""Grasps of tapered tips along the axis of a cone or a pyramid."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from gripwright.domain.assembly import Component
+from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, PARALLEL_2, Grasp, GripRequirement
+from gripwright.domain.shape import FloatArray, Primitive, Segment
+from gripwright.domain.taper import Taper
+from gripwright.geometry.frames import any_perpendicular, pose
+from gripwright.geometry.turns import turns_about
+from gripwright.plugin_api import HandModel, Params, RunContext
+from gripwright_builtin.shapes.cone import Cone
+from gripwright_builtin.shapes.pyramid import Pyramid
+
+_Turns = list[tuple[FloatArray, float, float | None]]
+
+
+class TaperedSettings(Params):
+    """Resolution of the plan."""
+
+    rotation_step: float = Field(15.0, gt=0, le=120, description="degrees between rotations about the axis of a cone")
+    depths: int = Field(6, ge=1, le=50, description="number of depths of the tips along the surface")
+    contact_reserve: float = Field(0.25, ge=0, le=10, description="mm that the tips reach beyond the least contact")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Flank:
+    """The surface along the gripper's approach: half its width at the end that the tips pass first, and how that grows."""
+
+    entry_C: FloatArray  # (3,) where the axis meets that end
+    half_mm: float
+    growth: float  # of half the width, a mm of depth
+    height_mm: float
+
+
+class TaperedPlanner:
+    """Aligns the gripper's axis with that of a cone or pyramid, at several depths, as wide open as the taper asks there.
+
+    Centric grippers are turned about a cone in steps; on a pyramid every finger stands in the middle of a side.
+    """
+
+    key: ClassVar[str] = "tapered"
+    params_model: ClassVar[type[Params]] = TaperedSettings
+    gripper_types: ClassVar[frozenset[str]] = frozenset({CENTRIC_3, CENTRIC_4, PARALLEL_2})
+
+    def __init__(self, params: TaperedSettings) -> None:
+        self._params = params
+
+    def plan(
+        self, component: Component, segment: Segment, requirement: GripRequirement, hand: HandModel, ctx: RunContext
+    ) -> Sequence[Grasp]:
+        """Grasps ordered by depth; none where no taper is asked for."""
+        held = requirement.primitive
+        if not requirement.taper_rad or not isinstance(held, Cone | Pyramid):
+            return []
+        taper, turns = Taper(angle_rad=requirement.taper_rad), self._turns(component, segment, requirement, hand.fingers)
+        floor_mm = hand.opening_floor_mm(requirement.grip)
+        return [
+            Grasp(
+                X_CG=pose(x, np.cross(approach, x), approach, flank.entry_C + approach * depth),
+                gripper_type=requirement.gripper_type,
+                grip=requirement.grip,
+                opening_width_mm=opening,
+                contact_offset_mm=max(taper.tip_mm - depth * taper.depth_mm / taper.height_mm, 0.0),
+                label=f"along the axis, {depth:.1f} mm deep, turned {np.degrees(turn):.0f}°",
+                leeway=None if beside is None else np.array([[0.0, 0.0], [-beside, beside], [0.0, 0.0], [0.0, 0.0]]),
+            )
+            for approach in requirement.approach_C
+            for flank in [_flank(held, approach)]
+            for depth, opening in self._depths(flank, taper, ctx.min_contact_mm)
+            for x, turn, beside in turns
+            if opening > floor_mm
+        ]
+
+    def _turns(self, component: Component, segment: Segment, requirement: GripRequirement, fingers: int) -> _Turns:
+        """Directions of finger 1, the angle of each, and how far it stands for those beside it."""
+        held = requirement.primitive
+        if isinstance(held, Pyramid):
+            axes = requirement.grip_axes_C if len(requirement.grip_axes_C) else held.side_C[None]
+            return [(x, 2.0 * np.pi * k / held.sides, None) for k, x in enumerate(axes)]
+        assert isinstance(held, Cone)
+        x, step = any_perpendicular(held.axis_C), float(np.radians(self._params.rotation_step))
+        tilt = float(np.sin(held.half_angle_rad))
+        turns, beside = turns_about(component.mesh, segment.faces, held.axis_C, x, fingers, step, tilt)
+        y = np.cross(held.axis_C, x)
+        return [(np.cos(t) * x + np.sin(t) * y, t, b) for t, b in zip(turns.tolist(), beside, strict=True)]
+
+    def _depths(self, flank: _Flank, taper: Taper, min_contact_mm: float) -> Iterator[tuple[float, float]]:
+        """Depths of the tips, ascending, and the opening at which they touch.
+
+        They go deeper than they are high only where what they have passed by is narrower.
+        """
+        deepest = min(flank.height_mm, taper.height_mm) if flank.growth < 0.0 else flank.height_mm
+        least = min(deepest, min_contact_mm + self._params.contact_reserve)
+        slope = -(taper.stem_mm - taper.tip_mm) / taper.height_mm  # of the gripping surface, as of the flank
+        for depth in np.unique(np.round(np.linspace(least, deepest, self._params.depths), 6)).tolist():
+            along = min(depth, taper.height_mm)  # as high stand tip and flank side by side
+            at_end = flank.half_mm + flank.growth * depth - taper.tip_mm
+            yield depth, 2.0 * max(at_end, at_end + along * (slope - flank.growth))
+
+
+def _flank(held: Primitive, approach_C: FloatArray) -> _Flank:
+    """The surface as it is met along a direction of its axis."""
+    if isinstance(held, Cone):
+        wide, narrow = held.radius_mm, held.radius_top_mm
+    else:
+        assert isinstance(held, Pyramid)
+        wide, narrow = held.across_flats_mm / 2.0, held.across_flats_top_mm / 2.0
+    first, last = (wide, narrow) if held.axis_C @ approach_C > 0.0 else (narrow, wide)
+    return _Flank(
+        entry_C=held.center_C - approach_C * held.height_mm / 2.0,
+        half_mm=first,
+        growth=(last - first) / held.height_mm,
+        height_mm=held.height_mm,
+    )

@@ -1,0 +1,52 @@
+"""What a finger's drawing says of its gripping surface and its pad."""
+
+import math
+
+from gripwright.design.stages.fingers import GripperCad
+from gripwright.domain.grasp import INTERNAL
+from gripwright.domain.taper import Taper
+from gripwright.report.dimension import millimetres
+
+
+def gripping_surface_notes(cad: GripperCad) -> list[str]:
+    """What touches the component, and how its edges are."""
+    nose = cad.finger.properties.get("nose_radius_mm")
+    if nose is not None:
+        return [
+            f"Gripping surface: the stem's round side R{millimetres(nose)} away from the gripper's axis,",
+            "tangent to x = 0; whole up to the tip, its edges broken by 0.2 at most.",
+        ]
+    if (groove := cad.finger.properties.get("groove_radius_mm")) is not None:
+        return [
+            f"Gripping surface: hollow R{millimetres(groove)} over the whole stem, its corners at",
+            "x = 0, towards the gripper's axis; edges broken by 0.2 at most.",
+        ]
+    if cad.spec.taper_rad:
+        taper, where = Taper(angle_rad=cad.spec.taper_rad), "end" if cad.spec.taper_rad > 0.0 else "shoulder"
+        return [
+            f"Gripping surface: plane, inclined by {abs(math.degrees(taper.angle_rad)):.1f}° to z over "
+            f"{millimetres(taper.height_mm)} from the tip's end,",
+            f"nearest to the gripper's axis at its {where}, there x = 0; its edges broken by 0.2 at most.",
+        ]
+    side = "away from" if cad.spec.grip == INTERNAL else "towards"
+    part = "stem" if cad.finger.bonded is None else "pad"
+    return [
+        f"Gripping surface: the {part}'s face {side} the gripper's axis, x = 0;",
+        "flat over the whole stem, its edges broken by 0.2 at most.",
+    ]
+
+
+def bonding_notes(cad: GripperCad) -> list[str]:
+    """The pad and how it is bonded; nothing where there is none."""
+    bonded = cad.finger.bonded
+    if bonded is None:
+        return []
+    thickness, width, length = (millimetres(side) for side in bonded.pad_size_mm)
+    return [
+        f"Pad: {bonded.pad.material}, {thickness} × {width} × {length}; bond it over its whole face,",
+        f"flush with tip and sides, with {bonded.adhesive}.",
+        "Seat of the pad: degreased, its corner to the base R0.3 at most."
+        if not cad.spec.taper_rad
+        else "Seat of the pad: degreased, its corner to the shoulder R0.3 at most; pad bevelled at both ends.",
+        f"Holes are measured from {'x = 0' if cad.spec.taper_rad else 'the seat'}. Without pad: finger_bare.step.",
+    ]
