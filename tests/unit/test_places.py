@@ -88,3 +88,9 @@ def test_where_a_range_is_left_out_every_grasp_in_it_collides(kind: str, grip: s
 
     assert left_out > 100
     assert kept > 100
+
+
+def test_where_no_grasp_was_planned_there_is_none_in_between() -> None:
+    places = Places.of([]).halved(np.full(4, 0.1))
+
+    assert places.middles() == []

@@ -64,7 +64,7 @@ class Places:
     def middles(self) -> list[Grasp]:
         """The grasp in the middle of each range."""
         at = (self.low + self.high) / 2.0
-        X = np.array([parent.X_CG for parent in self.parents])[self.parent] @ moved(at)
+        X = np.array([parent.X_CG for parent in self.parents]).reshape(-1, 4, 4)[self.parent] @ moved(at)
         return [
             replace(self.parents[k], X_CG=X[i], label=f"{self.parents[k].label}, and {_words(at[i])}", leeway=None)
             for i, k in enumerate(self.parent.tolist())
