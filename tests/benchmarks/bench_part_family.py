@@ -50,12 +50,17 @@ RULES = (
     "straight_cone",
     "straight_pyramid",
     "two_finger_ends",
+    "three_finger_cone",
+    "two_finger_pyramid",
+    "four_finger_pyramid",
 )
 PLANS: Mapping[str, Mapping[str, Any]] = {
     "cylinder, box": {},
     "all": {
         "fitters": ["cylinder", "box", *SHAPES],
         "rules": ["three_finger_cylinder", "two_finger_box", *RULES, "three_finger_bore"],
+        "hands": ["centric_3", "parallel_2", "centric_4"],
+        "planners": ["axial", "facet_pairs", "tapered"],
     },
 }
 _CELL_MM, _DROP_MM = 130.0, 80.0
