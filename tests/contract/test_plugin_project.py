@@ -15,6 +15,8 @@ from gripwright.plugin_api.manifest import KINDS
 from gripwright.testing import checks_for
 from plugin_factory import install
 
+TESTING = Path(__file__).parents[2] / "docs/plugins/testing.md"
+
 CRASHES = '''
 import ctypes
 
@@ -98,6 +100,29 @@ def test_a_new_project_of_every_kind_passes_its_own_tests(tmp_path):
     for kind in KINDS:
         assert len(re.findall(rf"^PASSED .*test_{kind}\.py::", tested.stdout, re.M)) > len(checks_for(kind))
     assert not [file for file in tmp_path.rglob("*.*") if file.is_file() and b"$" in file.read_bytes() and file.suffix != ".pyc"]
+
+
+def test_the_page_on_testing_names_what_a_new_fitter_has(tmp_path):
+    folder = write_project("ball", "fitter", tmp_path)
+    source = (folder / "src/gripwright_ball/fitter.py").read_text(encoding="utf-8")
+
+    imported = re.findall(r"^from gripwright_ball.fitter import (.+)$", TESTING.read_text(encoding="utf-8"), re.M)
+
+    names = {name for line in imported for name in line.split(", ")}
+    assert names >= {"BallFitter"}
+    assert names <= set(re.findall(r"^class (\w+)", source, re.M))
+
+
+def test_a_second_plugin_in_the_manifest_breaks_no_test_of_a_new_project(tmp_path):
+    folder = write_project("ball", "fitter", tmp_path)
+    module = folder / "src/gripwright_ball/__init__.py"
+    second = '        PluginEntry(kind="rule", key="two_finger_ball", target="gripwright_ball.rule:TwoFingerBall"),\n'
+    module.write_text(module.read_text(encoding="utf-8").replace("    plugins=(\n", f"    plugins=(\n{second}"), encoding="utf-8")
+
+    tested = run(tmp_path, "pytest", "-q", "-k", "manifest", "-p", "no:cacheprovider", str(folder), path=folder / "src")
+
+    assert tested.returncode == 0, tested.stdout
+    assert "1 passed" in tested.stdout
 
 
 def test_a_project_is_not_written_over_another(tmp_path):

@@ -55,6 +55,14 @@ def test_what_is_no_pair_is_refused_together():
     assert len(refused.value.faults) == 2
 
 
+def test_a_text_in_place_of_a_list_is_told_in_words_of_json():
+    with pytest.raises(InvalidPlan) as refused:
+        plan_of({"fitters": "cylinder"})
+
+    (fault,) = refused.value.faults
+    assert (fault.pointer, fault.message) == ("/options/fitters", "a list is expected")
+
+
 def test_a_design_folder_replaces_an_earlier_one_and_leaves_nothing_beside_it(tmp_path):
     write_folder(tmp_path / "out", {**FILES, "old.txt": b""})
 

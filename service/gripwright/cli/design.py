@@ -109,7 +109,7 @@ def _require_place(folder: Path) -> None:
 
 def _summarise(document: Mapping[str, Any], folder: Path) -> None:
     grippers = document["grippers"]
-    typer.echo(f"{document['status']}: {len(grippers)} grippers, in {folder}")
+    typer.echo(f"{document['status']}: {len(grippers)} gripper{'s' * (len(grippers) != 1)}, in {folder}")
     for gripper in grippers:
         held_by = f"{gripper['fingers']} fingers of {gripper['finger_length']:g} mm"
         opening = f"{gripper['opening_min']:.4g} to {gripper['opening_max']:.4g} mm"

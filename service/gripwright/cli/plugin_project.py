@@ -30,15 +30,17 @@ def write_project(name: str, kind: str, out: Path) -> Path:
     if kind not in KINDS:
         raise InvalidInput(f"there is no kind {kind!r}; kinds are {', '.join(KINDS)}")
     distribution = f"gripwright-{name.replace('_', '-')}"
+    shape = "".join(word.capitalize() for word in name.split("_"))
     words = {
         "name": name,
         "kind": kind,
         "module": f"gripwright_{name}",
         "distribution": distribution,
-        "plugin": "".join(word.capitalize() for word in name.split("_")),
+        "shape": shape,
+        "plugin": f"{shape}Fitter" if kind == "fitter" else shape,
         "api_version": API_VERSION,
     }
-    own_primitive = f'primitives=("{words["module"]}.{kind}:{words["plugin"]}Primitive",),'
+    own_primitive = f'primitives=("{words["module"]}.{kind}:{shape}",),'
     words["primitives"] = f"\n            {own_primitive}" if kind == "fitter" else ""
     folder = out / distribution
     templates = files("gripwright.cli") / "project"

@@ -1,6 +1,7 @@
 """The plan of a design: which plug-ins, with which parameters, and the task-level options of INTERFACE.md."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
@@ -155,5 +156,11 @@ def plan_of(options: Mapping[str, Any]) -> Plan:
         raise InvalidPlan("the options are not a plan", faults=faults) from None
 
 
+_MESSAGES: Mapping[str, str] = MappingProxyType(
+    {"extra_forbidden": "there is no such option", "tuple_type": "a list is expected"}
+)
+"""What pydantic says of Python, said of options."""
+
+
 def _message(kind: str, message: str) -> str:
-    return "there is no such option" if kind == "extra_forbidden" else message
+    return _MESSAGES.get(kind, message)
