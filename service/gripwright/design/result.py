@@ -168,6 +168,8 @@ def _segment(item: SegmentAnalysis, analysis: Analysis, verdict: SegmentVerdict 
         **segment_shape(item, analysis),
         "gripper_type": need.gripper_type if need is not None else None,
         "grip": need.grip if need is not None else None,
+        "rule": need.rule if need is not None else None,
+        "held_primitive": need.primitive.kind if need is not None else None,
         "opening_width": _opening(free, verdict),
         **taper_document(need.taper_rad if need is not None else 0.0),
         "finger_length_min": _mm(min(lengths)) if lengths else None,
