@@ -20,8 +20,8 @@ from gripwright_builtin.shapes.extrusion import ExtrusionFitter, ExtrusionParams
 from gripwright_builtin.shapes.hold_ends import EndsParams, TwoFingerEnds
 from gripwright_builtin.shapes.hold_extrusion import ExtrusionHoldParams, TwoFingerExtrusion
 from gripwright_builtin.shapes.hold_prism import ThreeFingerPrism, TwoFingerPrism
+from gripwright_builtin.shapes.hold_slender import StraightCone, StraightParams, StraightPyramid
 from gripwright_builtin.shapes.hold_sphere import SphereHoldParams, ThreeFingerSphere
-from gripwright_builtin.shapes.hold_taper import StraightCone, StraightParams, StraightPyramid
 from gripwright_builtin.shapes.hold_torus import ThreeFingerTorus, TorusHoldParams, TwoFingerTorus
 from gripwright_builtin.shapes.prism import PrismFitter, PrismParams
 from gripwright_builtin.shapes.pyramid import PyramidFitter, PyramidParams

@@ -26,12 +26,10 @@ class TwoFingerPrism:
 
     def apply(self, fit: Primitive) -> Sequence[GripRequirement] | Rejection:
         """One requirement for all filled pairs, the fullest first, from any direction within the flats."""
-        if not isinstance(fit, Prism):
-            return Rejection(_NO_TYPE, f"primitive is a {fit.kind}, not a prism")
-        if fit.internal:
-            return Rejection(
-                _NO_TYPE, f"the prism of {fit.across_flats_mm:.2f} mm across flats is a socket, held from outside only"
-            )
+        refused = _unsuitable(fit)
+        if refused is not None:
+            return refused
+        assert isinstance(fit, Prism)
         if fit.sides % 2:
             return Rejection(_NO_TYPE, f"of {fit.sides} even sides no two are parallel")
         emptier = fit.filled.reshape(2, -1).min(axis=0)  # (sides / 2,) of each pair
@@ -63,12 +61,10 @@ class ThreeFingerPrism:
 
     def apply(self, fit: Primitive) -> Sequence[GripRequirement] | Rejection:
         """One requirement, along the axis from either end; `no-type` where no three sides stand so."""
-        if not isinstance(fit, Prism):
-            return Rejection(_NO_TYPE, f"primitive is a {fit.kind}, not a prism")
-        if fit.internal:
-            return Rejection(
-                _NO_TYPE, f"the prism of {fit.across_flats_mm:.2f} mm across flats is a socket, held from outside only"
-            )
+        refused = _unsuitable(fit)
+        if refused is not None:
+            return refused
+        assert isinstance(fit, Prism)
         if fit.sides % 3:
             return Rejection(_NO_TYPE, f"of {fit.sides} even sides no three stand 120° apart")
         emptiest = fit.filled.reshape(3, -1).min(axis=0)  # (sides / 3,) of each three
@@ -85,6 +81,13 @@ class ThreeFingerPrism:
                 rule=self.key,
             )
         ]
+
+
+def _unsuitable(fit: Primitive) -> Rejection | None:
+    if not isinstance(fit, Prism):
+        return Rejection(_NO_TYPE, f"primitive is a {fit.kind}, not a prism")
+    detail = f"the prism of {fit.across_flats_mm:.2f} mm across flats is a socket, held from outside only"
+    return Rejection(_NO_TYPE, detail) if fit.internal else None
 
 
 def _empty(what: str, share: float, fit: Prism) -> Rejection:

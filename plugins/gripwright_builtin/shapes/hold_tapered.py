@@ -71,16 +71,14 @@ class TwoFingerPyramid:
             return Rejection(_NO_TYPE, f"a pyramid of {fit.sides} sides has no opposite ones")
         half = fit.sides // 2
         emptier = np.minimum(fit.filled[:half], fit.filled[half:])  # of each pair
-        turns = 2.0 * np.pi / fit.sides * np.flatnonzero(emptier >= fit.filled_min)
-        if not len(turns):
+        pairs = np.flatnonzero(emptier >= fit.filled_min)
+        if not len(pairs):
             return Rejection(
                 _NO_TYPE,
                 f"no pair of opposite sides of the pyramid is filled: the best to {100 * emptier.max():.1f} %, "
                 f"at least {100 * fit.filled_min:.1f} % needed",
             )
-        across = np.cross(fit.axis_C, fit.side_C)
-        axes = np.cos(turns)[:, None] * fit.side_C + np.sin(turns)[:, None] * across
-        return _requirements(fit, PARALLEL_2, _mean_mm(fit), axes, self._params, self.key)
+        return _requirements(fit, PARALLEL_2, _mean_mm(fit), fit.sides_C[pairs], self._params, self.key)
 
 
 class FourFingerPyramid:

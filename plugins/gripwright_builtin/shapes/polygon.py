@@ -44,3 +44,24 @@ def side_planes(
     towards = np.cos(turn)[:, None] * side_C + np.sin(turn)[:, None] * np.cross(axis_C, side_C)
     normals = np.cos(half_angle_rad) * towards + np.sin(half_angle_rad) * axis_C
     return normals, normals @ center_C + np.cos(half_angle_rad) * inradius_mm
+
+
+def on_sides_and_ends(
+    points_mm: FloatArray,
+    normals: FloatArray,
+    around: tuple[FloatArray, FloatArray],
+    solid: tuple[FloatArray, FloatArray, float, bool],
+    tolerance_mm: float,
+    angle_rad: float,
+) -> BoolArray:
+    """Which points (n, 3) lie on the side planes of a solid (centre, axis, height, whether it is hollow) or on its ends.
+
+    A hollow has no end faces, and its sides face inwards.
+    """
+    center_C, axis_C, height_mm, internal = solid
+    if internal:
+        within = np.abs((points_mm - center_C) @ axis_C) <= height_mm / 2.0 + tolerance_mm
+        return np.asarray(within & on_planes(points_mm, -normals, around, tolerance_mm, angle_rad))
+    ends = np.stack([-axis_C, axis_C])
+    planes = (np.concatenate([around[0], ends]), np.concatenate([around[1], ends @ center_C + height_mm / 2.0]))
+    return on_planes(points_mm, normals, planes, tolerance_mm, angle_rad)

@@ -10,7 +10,7 @@ from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
 from gripwright.domain.shape import BoolArray, FloatArray, Mesh, Segment
 from gripwright.plugin_api import Params, RunContext
-from gripwright_builtin.shapes.polygon import on_planes, regular_solid, side_planes
+from gripwright_builtin.shapes.polygon import on_sides_and_ends, regular_solid, side_planes
 from gripwright_builtin.shapes.regular_sides import RegularSides, regular_sides
 
 _STRAIGHT_RAD = float(np.radians(0.5))
@@ -52,12 +52,8 @@ class Prism:
     def follows(self, points_mm: FloatArray, normals: FloatArray, tolerance_mm: float, angle_rad: float) -> BoolArray:
         """See `FollowedPrimitive`; a socket has no end faces."""
         around = side_planes(self.sides, self.center_C, self.axis_C, self.side_C, self.across_flats_mm / 2.0, 0.0)
-        ends = np.stack([-self.axis_C, self.axis_C])
-        planes = (np.concatenate([around[0], ends]), np.concatenate([around[1], ends @ self.center_C + self.height_mm / 2.0]))
-        if not self.internal:
-            return on_planes(points_mm, normals, planes, tolerance_mm, angle_rad)
-        within = np.abs((points_mm - self.center_C) @ self.axis_C) <= self.height_mm / 2.0 + tolerance_mm
-        return within & on_planes(points_mm, -normals, around, tolerance_mm, angle_rad)
+        solid = (self.center_C, self.axis_C, self.height_mm, self.internal)
+        return on_sides_and_ends(points_mm, normals, around, solid, tolerance_mm, angle_rad)
 
     def drawn(self) -> Mesh:
         """See `DrawnPrimitive`."""

@@ -26,9 +26,7 @@ from gripwright.plugin_api import HandModel
 BEHIND_MM = 300.0  # actuator, tool changer and wrist: nothing may come nearer to the palm's back
 LENGTH_LIMIT_MM = 250.0  # longer fingers are not considered
 _FAR_STEP_MM = 100.0  # so that bodies which change a little leave the shapes of all others as they were
-ENTER_MM = (
-    0.004  # the gripping surface of a closed finger, or a face, is drawn back by this against the component that it touches
-)
+ENTER_MM = 0.004  # a closed finger's gripping surface, or a face, is drawn back by this against the component that it touches
 ROUGH_MM = 0.3  # before the grasp is seated
 _TOGETHER = 256  # grasps that are reckoned together
 

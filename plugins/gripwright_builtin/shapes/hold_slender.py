@@ -83,15 +83,13 @@ class StraightPyramid:
         two, three = fit.sides % 2 == 0, fit.sides % 3 == 0
         if not (two or three):
             return Rejection(_NO_TYPE, f"of {fit.sides} even sides neither two face each other nor three stand 120° apart")
-        across = fit.side_normals_C[: fit.sides // 2]
-        across = across - np.outer(across @ fit.axis_C, fit.axis_C)
         return [
             GripRequirement(
                 gripper_type=PARALLEL_2 if two else CENTRIC_3,
                 opening_width_mm=(fit.across_flats_mm + fit.across_flats_top_mm) / 2.0,
                 grip=EXTERNAL,
                 approach_C=np.zeros((0, 3)) if two else np.stack([-fit.axis_C, fit.axis_C]),
-                grip_axes_C=across / np.linalg.norm(across, axis=1, keepdims=True) if two else np.zeros((0, 3)),
+                grip_axes_C=fit.sides_C[: fit.sides // 2] if two else np.zeros((0, 3)),
                 primitive=fit,
                 rule=self.key,
             )
