@@ -69,6 +69,8 @@ manifest = Manifest(
         PluginEntry(kind="rule", key="straight_pyramid", target=f"{_SHAPES}.hold_slender:StraightPyramid"),
         PluginEntry(kind="rule", key="three_finger_cone", target=f"{_SHAPES}.hold_tapered:ThreeFingerCone"),
         PluginEntry(kind="rule", key="four_finger_cone", target=f"{_SHAPES}.hold_tapered:FourFingerCone"),
+        PluginEntry(kind="rule", key="two_finger_cone", target=f"{_SHAPES}.hold_v:TwoFingerCone"),
+        PluginEntry(kind="rule", key="two_finger_cylinder", target=f"{_SHAPES}.hold_v:TwoFingerCylinder"),
         PluginEntry(kind="rule", key="two_finger_pyramid", target=f"{_SHAPES}.hold_tapered:TwoFingerPyramid"),
         PluginEntry(kind="rule", key="three_finger_pyramid", target=f"{_SHAPES}.hold_tapered:ThreeFingerPyramid"),
         PluginEntry(kind="rule", key="four_finger_pyramid", target=f"{_SHAPES}.hold_tapered:FourFingerPyramid"),

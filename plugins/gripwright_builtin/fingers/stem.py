@@ -1,7 +1,4 @@
-"""The stem of a finger in plan (finger frame, seen along z): a rectangle, hollow or not, or a slice of a cylinder for bores.
-
-A tapered tip is cut from a rectangle.
-"""
+"""The stem of a finger in plan (finger frame, seen along z): a rectangle, hollow or not, or a slice of a cylinder for bores."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
@@ -10,7 +7,6 @@ import numpy as np
 
 from gripwright.domain.groove import Groove
 from gripwright.domain.shape import FloatArray
-from gripwright.domain.taper import Taper
 from gripwright_builtin.fingers.outline import convex_hull, rectangle
 from gripwright_builtin.fingers.stiffness import Section, polygon_section, rectangle_section
 
@@ -32,7 +28,7 @@ class PadStrip:
 
 
 class Stem(Protocol):
-    """A stem of the same section from the base to the tip, which may be tapered; its gripping surface touches x = 0."""
+    """A stem of the same section from the base to the tip, which may have a taper or a V; its gripping surface touches x = 0."""
 
     @property
     def outline_mm(self) -> FloatArray:
@@ -153,54 +149,6 @@ class GroovedStem:
         from gripwright.geometry import brep
 
         return brep.cylinder_z(self.groove.axis_x_mm, 0.0, radius_mm, -length_mm, 1.0)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TaperedStem:
-    """A flat stem whose tip has an inclined gripping surface; the pad covers that alone, up to a shoulder of the stem."""
-
-    flat: FlatStem  # as thick as the stem and the taper's depth together; for an external grip
-    taper: Taper
-
-    @property
-    def outline_mm(self) -> FloatArray:
-        """The rectangle around it."""
-        return self.flat.outline_mm
-
-    @property
-    def section(self) -> Section:
-        """Of the rectangle behind the pad, at the shoulder."""
-        return rectangle_section(self.wall_mm, self.flat.width_mm)
-
-    @property
-    def wall_mm(self) -> float:
-        """At the shoulder."""
-        return self.flat.thickness_mm - self.taper.depth_mm - self._pad_x_mm
-
-    def solid(self, length_mm: float) -> "brep.Shape":
-        """The flat stem without what lies before the inclined plane, and before the stem behind it."""
-        from gripwright.geometry import brep
-
-        tip, stem, back = self.taper.tip_mm, self.taper.stem_mm, -self.taper.height_mm
-        before = np.array([[tip, 0.0], [tip, 1.0], [-1.0, 1.0], [-1.0, -length_mm], [stem, -length_mm], [stem, back]])
-        y = self.flat.width_mm / 2.0
-        return brep.cut(self.flat.solid(length_mm), [brep.prism_y(before, -y - 1.0, y + 1.0)])
-
-    def pad(self, length_mm: float) -> PadStrip:
-        """A strip on the inclined plane, bevelled at both ends."""
-        from gripwright.geometry import brep
-
-        tip, stem, back = self.taper.tip_mm, self.taper.stem_mm, -self.taper.height_mm
-        layer = np.array([[tip, 0.0], [stem, back], [stem + self._pad_x_mm, back], [tip + self._pad_x_mm, 0.0]])
-        y = self.flat.width_mm / 2.0
-        return PadStrip(
-            solid=brep.prism_y(layer, -y, y), size_mm=(self.flat.pad_mm, self.flat.width_mm, round(self.taper.slant_mm, 6))
-        )
-
-    @property
-    def _pad_x_mm(self) -> float:
-        """Extent of the pad along x."""
-        return self.flat.pad_mm * self.taper.slant_mm / self.taper.height_mm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,6 +1,5 @@
 """A straight finger: a stem with a flat gripping surface, or a round one for bores, on a base that is bolted to the jaw."""
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal
 
@@ -12,13 +11,15 @@ from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, INTERNAL, PARALLEL_2
 from gripwright.domain.gripper import FINGER_TOO_HEAVY, FingerDesign, FingerSpec
 from gripwright.domain.shape import FloatArray
 from gripwright.domain.taper import Taper
+from gripwright.domain.v_tip import Vee, VTip
 from gripwright.plugin_api import Params, RunContext
 from gripwright_builtin.fingers.bonding import bonded_finger
 from gripwright_builtin.fingers.materials import BY_KEY, Material
 from gripwright_builtin.fingers.outline import clip, convex_hull, inset_mm, rectangle, sector, width_mm
 from gripwright_builtin.fingers.screws import BY_THREAD, ScrewHole
-from gripwright_builtin.fingers.stem import FlatStem, GroovedStem, SliceStem, Stem, TaperedStem, step_rad, x_range
+from gripwright_builtin.fingers.stem import FlatStem, GroovedStem, SliceStem, Stem, step_rad, x_range
 from gripwright_builtin.fingers.stiffness import Bending, bend
+from gripwright_builtin.fingers.tipped import TaperedStem, VStem, tip_height_mm, tip_properties
 
 if TYPE_CHECKING:  # the CAD kernel takes most of a second, and most designs that are repeated make no finger
     from gripwright.geometry import brep
@@ -93,6 +94,10 @@ class StraightFinger:
         """All of them."""
         return True
 
+    def has_v(self, vee: Vee, taper_rad: float) -> bool:
+        """All of them: the tip is as wide as its V."""
+        return True
+
     def design(self, spec: FingerSpec, ctx: RunContext) -> FingerDesign | Rejection:
         """The finger as one exact solid with its mesh, or why it cannot be made."""
 
@@ -124,8 +129,8 @@ class StraightFinger:
             return Rejection("unknown-screw", f"no hole is known for M{jaw.bolt_thread_mm:g}, only for {sorted(BY_THREAD)}")
         screw = BY_THREAD[jaw.bolt_thread_mm]
         stem = self._stem(spec)
-        if isinstance(stem, TaperedStem) and (short := stem.taper.height_mm - spec.finger_length_mm) > _TOLERANCE_MM:
-            return Rejection("finger-too-short", f"a finger is {short:.2f} mm shorter than its tapered tip")
+        if (short := tip_height_mm(stem) - spec.finger_length_mm) > _TOLERANCE_MM:
+            return Rejection("finger-too-short", f"a finger is {short:.2f} mm shorter than its tip")
         if stem.wall_mm < p.wall_min - _TOLERANCE_MM:
             return Rejection(
                 "wall-too-thin",
@@ -248,15 +253,18 @@ class StraightFinger:
         p = self._params
         if spec.grip == INTERNAL and spec.gripper_type != PARALLEL_2:
             return SliceStem(slices=spec.fingers, nose_radius_mm=p.nose_radius, thickness_mm=p.nose_thickness)
+        v = VTip(vee=spec.vee, taper_rad=spec.taper_rad) if spec.vee is not None else None
         groove, taper = spec.groove, Taper(angle_rad=spec.taper_rad) if spec.taper_rad else None
-        shape = groove or taper
+        shape = v or groove or taper
         flat = FlatStem(
             thickness_mm=p.thickness + (0.0 if shape is None else shape.depth_mm),
-            width_mm=p.width,
+            width_mm=p.width if v is None else v.vee.width_mm,
             chamfer_mm=p.chamfer,
             inside=spec.grip == INTERNAL,
             pad_mm=spec.pad.thickness_mm,
         )
+        if v is not None:
+            return VStem(flat=flat, tip=v)
         if taper is not None:
             return TaperedStem(flat=flat, taper=taper)
         return flat if groove is None else GroovedStem(flat=flat, groove=groove)
@@ -270,22 +278,24 @@ class StraightFinger:
         )
         if spec.groove is not None:
             tip |= {"groove_radius_mm": spec.groove.radius_mm, "contact_offset_mm": spec.groove.depth_mm}
-        if isinstance(plan.stem, TaperedStem):
-            tip |= {"taper_degrees": math.degrees(spec.taper_rad), "tip_height_mm": plan.stem.taper.height_mm}
-        return tip | {
-            "deflection_mm": build.bending.deflection_mm,
-            "deflection_max_mm": p.deflection_max,
-            "stress_MPa": build.bending.stress_MPa,
-            "strength_MPa": build.material.strength_MPa,
-            "finger_force_N": spec.grip_force_N / spec.fingers,
-            "wall_min_mm": plan.wall_mm,
-            "finger_length_mm": spec.finger_length_mm,
-            "stem_thickness_mm": thickness,
-            "stem_width_mm": width,
-            "base_thickness_mm": build.base_thickness_mm,
-            "bolt_thread_mm": spec.jaw.bolt_thread_mm,
-            "bolt_hole_mm": plan.screw.through_mm,
-            "bolt_x_mm": float(plan.holes_mm[0, 0]),
-            "bolt_pitch_mm": spec.jaw.bolt_pitch_mm,
-            "pin_hole_mm": spec.jaw.pin_diameter_mm,
-        }
+        return (
+            tip
+            | tip_properties(plan.stem)
+            | {
+                "deflection_mm": build.bending.deflection_mm,
+                "deflection_max_mm": p.deflection_max,
+                "stress_MPa": build.bending.stress_MPa,
+                "strength_MPa": build.material.strength_MPa,
+                "finger_force_N": spec.grip_force_N / spec.fingers,
+                "wall_min_mm": plan.wall_mm,
+                "finger_length_mm": spec.finger_length_mm,
+                "stem_thickness_mm": thickness,
+                "stem_width_mm": width,
+                "base_thickness_mm": build.base_thickness_mm,
+                "bolt_thread_mm": spec.jaw.bolt_thread_mm,
+                "bolt_hole_mm": plan.screw.through_mm,
+                "bolt_x_mm": float(plan.holes_mm[0, 0]),
+                "bolt_pitch_mm": spec.jaw.bolt_pitch_mm,
+                "pin_hole_mm": spec.jaw.pin_diameter_mm,
+            }
+        )

@@ -64,7 +64,7 @@ class FacetPairPlanner:
         self, component: Component, segment: Segment, requirement: GripRequirement, hand: HandModel, ctx: RunContext
     ) -> Sequence[Grasp]:
         """Grasps of every pair, the central and shallow ones first."""
-        if requirement.taper_rad:
+        if requirement.taper_rad or requirement.vee is not None:
             return []
         width = float(np.ptp(np.concatenate([solid.vertices_mm[:, 1] for solid in hand.finger(10.0, requirement.grip)])))
         clusters = facets(component.mesh, segment.faces, float(_PARALLEL_RAD))

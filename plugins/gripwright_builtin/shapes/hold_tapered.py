@@ -137,17 +137,24 @@ def _mean_mm(fit: Pyramid) -> float:
     return (fit.across_flats_mm + fit.across_flats_top_mm) / 2.0
 
 
-def _requirements(
-    fit: Cone | Pyramid, gripper_type: str, mean_mm: float, grip_axes_C: FloatArray, settings: TaperSettings, rule: str
-) -> list[GripRequirement] | Rejection:
-    """From the narrow end, then from the wide one, at the width half way up."""
+def taper_degrees(fit: Cone | Pyramid, settings: TaperSettings) -> float | Rejection:
+    """The half angle, rounded; `no-type` where it is too steep."""
     half_angle = float(np.degrees(fit.half_angle_rad))
     if half_angle > settings.half_angle_max:
         return Rejection(
             _NO_TYPE,
             f"the half angle of the {fit.kind} is {half_angle:.1f}°, tapered tips hold up to {settings.half_angle_max:.1f}°",
         )
-    taper = max(round(half_angle / settings.taper_step), 1) * settings.taper_step
+    return max(round(half_angle / settings.taper_step), 1) * settings.taper_step
+
+
+def _requirements(
+    fit: Cone | Pyramid, gripper_type: str, mean_mm: float, grip_axes_C: FloatArray, settings: TaperSettings, rule: str
+) -> list[GripRequirement] | Rejection:
+    """From the narrow end, then from the wide one, at the width half way up."""
+    taper = taper_degrees(fit, settings)
+    if isinstance(taper, Rejection):
+        return taper
     return [
         GripRequirement(
             gripper_type=gripper_type,

@@ -1,7 +1,7 @@
-"""Grasps of tapered tips along the axis of a cone or a pyramid."""
+"""Grasps of tapered and V tips along the axis of a cone, a pyramid or a cylinder."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -9,8 +9,9 @@ from pydantic import Field
 
 from gripwright.domain.assembly import Component
 from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, PARALLEL_2, Grasp, GripRequirement
-from gripwright.domain.shape import FloatArray, Primitive, Segment
+from gripwright.domain.shape import Cylinder, FloatArray, Primitive, Segment
 from gripwright.domain.taper import Taper
+from gripwright.domain.v_tip import VTip
 from gripwright.geometry.frames import any_perpendicular, pose
 from gripwright.geometry.turns import turns_about
 from gripwright.plugin_api import HandModel, Params, RunContext
@@ -23,7 +24,9 @@ _Turns = list[tuple[FloatArray, float, float | None]]
 class TaperedSettings(Params):
     """Resolution of the plan."""
 
-    rotation_step: float = Field(15.0, gt=0, le=120, description="degrees between rotations about the axis of a cone")
+    rotation_step: float = Field(
+        15.0, gt=0, le=120, description="degrees between rotations about the axis of a cone or a cylinder"
+    )
     depths: int = Field(6, ge=1, le=50, description="number of depths of the tips along the surface")
     contact_reserve: float = Field(0.25, ge=0, le=10, description="mm that the tips reach beyond the least contact")
 
@@ -39,9 +42,9 @@ class _Flank:
 
 
 class TaperedPlanner:
-    """Aligns the gripper's axis with that of a cone or pyramid, at several depths, as wide open as the taper asks there.
+    """Aligns the gripper's axis with that of a cone, pyramid or cylinder, at several depths, as wide open as the tips ask there.
 
-    Centric grippers are turned about a cone in steps; on a pyramid every finger stands in the middle of a side.
+    Grippers are turned about what is round in steps; on a pyramid every finger stands in the middle of a side.
     """
 
     key: ClassVar[str] = "tapered"
@@ -54,11 +57,11 @@ class TaperedPlanner:
     def plan(
         self, component: Component, segment: Segment, requirement: GripRequirement, hand: HandModel, ctx: RunContext
     ) -> Sequence[Grasp]:
-        """Grasps ordered by depth; none where no taper is asked for."""
-        held = requirement.primitive
-        if not requirement.taper_rad or not isinstance(held, Cone | Pyramid):
+        """Grasps ordered by depth; none where neither a taper nor a V is asked for."""
+        held, tip = requirement.primitive, _tip(requirement)
+        if tip is None or not isinstance(held, Cone | Pyramid | Cylinder):
             return []
-        taper, turns = Taper(angle_rad=requirement.taper_rad), self._turns(component, segment, requirement, hand.fingers)
+        turns = self._turns(component, segment, requirement, hand.fingers)
         floor_mm = hand.opening_floor_mm(requirement.grip)
         return [
             Grasp(
@@ -66,13 +69,13 @@ class TaperedPlanner:
                 gripper_type=requirement.gripper_type,
                 grip=requirement.grip,
                 opening_width_mm=opening,
-                contact_offset_mm=max(taper.tip_mm - depth * taper.depth_mm / taper.height_mm, 0.0),
+                contact_offset_mm=_contact_offset_mm(flank, tip, depth, opening),
                 label=f"along the axis, {depth:.1f} mm deep, turned {np.degrees(turn):.0f}°",
                 leeway=None if beside is None else np.array([[0.0, 0.0], [-beside, beside], [0.0, 0.0], [0.0, 0.0]]),
             )
             for approach in requirement.approach_C
             for flank in [_flank(held, approach)]
-            for depth, opening in self._depths(flank, taper, ctx.min_contact_mm)
+            for depth, opening in self._depths(flank, tip, ctx.min_contact_mm)
             for x, turn, beside in turns
             if opening > floor_mm
         ]
@@ -83,36 +86,65 @@ class TaperedPlanner:
         if isinstance(held, Pyramid):
             axes = requirement.grip_axes_C if len(requirement.grip_axes_C) else _first_sides(held, fingers)
             return [(x, float(np.arctan2(held.axis_C @ np.cross(held.side_C, x), held.side_C @ x)), None) for x in axes]
-        assert isinstance(held, Cone)
+        assert isinstance(held, Cone | Cylinder)
         x, step = any_perpendicular(held.axis_C), float(np.radians(self._params.rotation_step))
-        tilt = float(np.sin(held.half_angle_rad))
+        tilt = float(np.sin(held.half_angle_rad)) if isinstance(held, Cone) else 0.0
         turns, beside = turns_about(component.mesh, segment.faces, held.axis_C, x, fingers, step, tilt)
+        if requirement.vee is not None:  # a flank meets a facet, not the middle of the V
+            turns = turns - requirement.vee.turn_rad
         y = np.cross(held.axis_C, x)
         return [(np.cos(t) * x + np.sin(t) * y, t, b) for t, b in zip(turns.tolist(), beside, strict=True)]
 
-    def _depths(self, flank: _Flank, taper: Taper, min_contact_mm: float) -> Iterator[tuple[float, float]]:
+    def _depths(self, flank: _Flank, tip: Taper | VTip, min_contact_mm: float) -> Iterator[tuple[float, float]]:
         """Depths of the tips, ascending, and the opening at which they touch.
 
         They go deeper than they are high only where what they have passed by is narrower.
         """
-        deepest = min(flank.height_mm, taper.height_mm) if flank.growth < 0.0 else flank.height_mm
+        deepest = min(flank.height_mm, tip.height_mm) if flank.growth < 0.0 else flank.height_mm
         least = min(deepest, min_contact_mm + self._params.contact_reserve)
-        slope = -(taper.stem_mm - taper.tip_mm) / taper.height_mm  # of the gripping surface, as of the flank
+        slope = -(tip.stem_mm - tip.tip_mm) / tip.height_mm  # of the gripping surface, as of the flank
+        middle, deep = _in_v(flank, tip)
         for depth in np.unique(np.round(np.linspace(least, deepest, self._params.depths), 6)).tolist():
-            along = min(depth, taper.height_mm)  # as high stand tip and flank side by side
-            at_end = flank.half_mm + flank.growth * depth - taper.tip_mm
-            yield depth, 2.0 * max(at_end, at_end + along * (slope - flank.growth))
+            along = min(depth, tip.height_mm)  # as high stand tip and flank side by side
+            at_end = middle.half_mm + middle.growth * depth - tip.tip_mm
+            yield depth, 2.0 * max(at_end, at_end + along * (slope - middle.growth)) - 2.0 * deep
+
+
+def _tip(requirement: GripRequirement) -> Taper | VTip | None:
+    """What the requirement asks of tips; None: they are straight."""
+    if requirement.vee is not None:
+        return VTip(vee=requirement.vee, taper_rad=requirement.taper_rad)
+    return Taper(angle_rad=requirement.taper_rad) if requirement.taper_rad else None
+
+
+def _in_v(flank: _Flank, tip: Taper | VTip) -> tuple[_Flank, float]:
+    """Where the flats of a V that touches a round flank meet, as a flank; and how far behind the V's edges that is."""
+    if isinstance(tip, Taper):
+        return flank, 0.0
+    across = float(np.cos(tip.vee.turn_rad))
+    return replace(flank, half_mm=flank.half_mm / across, growth=flank.growth / across), tip.vee.depth_mm
+
+
+def _contact_offset_mm(flank: _Flank, tip: Taper | VTip, depth_mm: float, opening_mm: float) -> float:
+    """How far outside of the plane x = 0 the nearest contact is."""
+    if isinstance(tip, Taper):
+        return max(tip.tip_mm - depth_mm * tip.depth_mm / tip.height_mm, 0.0)
+    along = np.array([0.0, min(depth_mm, tip.height_mm)])  # back from the tip's end
+    touching = (flank.half_mm + flank.growth * (depth_mm - along)) * np.cos(tip.vee.turn_rad)
+    return max(float(touching.min()) - opening_mm / 2.0, 0.0)
 
 
 def _first_sides(held: Pyramid, fingers: int) -> FloatArray:
     """Where finger 1 of a centric gripper may stand: (k, 3), so that every finger has a filled side."""
     emptiest = held.filled.reshape(fingers, -1).min(axis=0)
-    return held.sides_C[: held.sides // fingers][emptiest >= held.filled_min]
+    return np.asarray(held.sides_C[: held.sides // fingers][emptiest >= held.filled_min])
 
 
 def _flank(held: Primitive, approach_C: FloatArray) -> _Flank:
     """The surface as it is met along a direction of its axis."""
-    if isinstance(held, Cone):
+    if isinstance(held, Cylinder):
+        wide = narrow = held.radius_mm
+    elif isinstance(held, Cone):
         wide, narrow = held.radius_mm, held.radius_top_mm
     else:
         assert isinstance(held, Pyramid)

@@ -9,13 +9,14 @@ import numpy as np
 
 from gripwright.design import catalogue
 from gripwright.design.holder import Models, grip_force_N
-from gripwright.design.tapered_hand import taper_of
+from gripwright.design.tapered_hand import taper_rad_of, thicker_mm, vee_of
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import EXTERNAL, INTERNAL, SURFACE, FreeGrasp, GraspConstraint
 from gripwright.domain.grasp import clearance_mm as clearance_of
 from gripwright.domain.gripper import Actuator, Gripper
 from gripwright.domain.gripper_set import GripperClass
 from gripwright.domain.preference import Preference, weight
+from gripwright.domain.v_tip import Vee, same_vee
 from gripwright.plugin_api import HandModel
 
 ARM_MAX_MM = 100.0
@@ -78,12 +79,14 @@ class ActuatorClass:
     opening_max_mm: float
     gripper_class: GripperClass
     taper_rad: float = 0.0  # of the fingers' tips
+    vee: Vee | None = None  # of the fingers' tips
     length_limit: str = ""  # why the fingers are no longer, where it is not the maker who says so
 
     def serves(self, free: FreeGrasp) -> bool:
         """Whether a grasp asks for this type of gripper."""
         grasp = free.grasp
-        same_fingers = grasp.grip == self.grip and abs(grasp.taper_rad - self.taper_rad) < SAME_TAPER_RAD
+        same_tips = abs(grasp.taper_rad - self.taper_rad) < SAME_TAPER_RAD and same_vee(grasp.vee, self.vee)
+        same_fingers = grasp.grip == self.grip and same_tips
         return grasp.gripper_type == self.actuator.gripper_type and same_fingers
 
     def constraint(self, free: FreeGrasp, release_clearance_mm: float, policy: HoldPolicy) -> GraspConstraint | Shortfall:
@@ -144,8 +147,9 @@ def classes_of(
 
     An envelope that admits no wider opening than a smaller one that the actuator fits in is left out.
     """
-    taper = taper_of(hand)
-    tips = "" if taper is None else f"|{np.degrees(taper.angle_rad):.4f}°"
+    taper_rad, vee = taper_rad_of(hand), vee_of(hand)
+    tips = f"|{np.degrees(taper_rad):.4f}°" if taper_rad else ""
+    tips += "" if vee is None else f"|V {vee.degrees:.4f}° {vee.depth_mm:.4f}"
     rungs = np.unique(np.concatenate([free.envelopes_mm for free in grasps])) if grasps else np.empty(0)
     widest_mm = max((free.release_opening_mm for free in grasps), default=0.0)
     classes = []
@@ -160,7 +164,8 @@ def classes_of(
             cost=costs[actuator.name],
         )
         for envelope_mm in rungs[rungs >= catalogue.actuator_envelope_mm(actuator) - _SLACK_MM].tolist():
-            opening_mm = arms_mm if grip == SURFACE else min(catalogue.opening_within_mm(envelope_mm), arms_mm)
+            within_mm = catalogue.opening_within_mm(envelope_mm) - 2.0 * thicker_mm(hand)
+            opening_mm = arms_mm if grip == SURFACE else min(within_mm, arms_mm)
             if opening_mm <= 0.0:
                 continue
             classes.append(
@@ -172,7 +177,8 @@ def classes_of(
                     envelope_mm=envelope_mm,
                     opening_max_mm=opening_mm,
                     gripper_class=gripper_class,
-                    taper_rad=0.0 if taper is None else taper.angle_rad,
+                    taper_rad=taper_rad,
+                    vee=vee,
                 )
             )
             if opening_mm >= needed_mm:
@@ -200,6 +206,7 @@ def owned_class(key: str, owned: Gripper, hand: HandModel) -> ActuatorClass:
         envelope_mm=owned.envelope_mm,
         opening_max_mm=owned.opening_max_mm,
         taper_rad=owned.taper_rad,
+        vee=owned.vee,
         gripper_class=GripperClass(
             stroke_mm=owned.opening_max_mm - owned.opening_min_mm,
             grip=owned.grip,

@@ -10,12 +10,14 @@ from dataclasses import replace
 import numpy as np
 
 from gripwright.design.face import forbidden_faces
-from gripwright.design.gripping_surface import GrippingSurface, gripping_surface
+from gripwright.design.gripping_surface import Flat, GrippingSurface, gripping_surface
+from gripwright.design.tapered_hand import vee_of
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import SURFACE, Grasp
 from gripwright.domain.holding import Contact
 from gripwright.domain.shape import FloatArray
+from gripwright.domain.v_tip import Vee
 from gripwright.geometry.clipping import clip_to_box, longest_run
 from gripwright.geometry.frames import inverse, transform
 from gripwright.geometry.held_surface import PARALLEL_RAD, SEAT_MM, TOUCH_GAP_MM, Surface
@@ -29,13 +31,14 @@ SPREAD_MM = TOUCH_GAP_MM - SEAT_MM  # by so much three fingers, or the two pairs
 def seat(grasp: Grasp, surface: Surface, hand: HandModel) -> Grasp | Rejection:
     """The grasp with the opening (and, for two fingers, the centre) at which the fingers just touch the component."""
     sign = gripping_surface(hand, grasp.grip).sign
-    levels: list[float] = []
+    found: list[list[float]] = []
     for number in range(hand.fingers):
-        level = _level_mm(grasp, number, surface, hand)
-        if level is None:
-            return Rejection("no-contact", f"finger {number + 1} meets no surface within {_SEARCH_MM} mm of the opening width")
-        levels.append(level)
-    shift_G, levels = _centred(levels)
+        met = [level for level in _levels_mm(grasp, number, surface, hand) if level is not None]
+        if len(met) < _zones(hand, grasp.grip):
+            part = "meets" if _zones(hand, grasp.grip) == 1 else "meets with one flank"
+            return Rejection("no-contact", f"finger {number + 1} {part} no surface within {_SEARCH_MM} mm of the opening width")
+        found.append(met)
+    shift_G, levels = _centred(found, hand)
     spread = max(levels) - min(levels)
     if spread > SPREAD_MM:
         return Rejection("no-contact", f"one finger stays {spread:.3f} mm off the surface, at most {TOUCH_GAP_MM} mm")
@@ -45,11 +48,19 @@ def seat(grasp: Grasp, surface: Surface, hand: HandModel) -> Grasp | Rejection:
     return replace(grasp, X_CG=X_CG, opening_width_mm=float(width))
 
 
-def _centred(levels: Sequence[float]) -> tuple[FloatArray, list[float]]:
-    """How a hand moves (3,) so that opposite fingers lie equally deep, and how deep they all lie then.
+def _zones(hand: HandModel, grip: str) -> int:
+    return len(gripping_surface(hand, grip).zones)
 
-    Two fingers, and four, centre what they hold between them; three stand as they are.
+
+def _centred(found: Sequence[Sequence[float]], hand: HandModel) -> tuple[FloatArray, list[float]]:
+    """How a hand moves (3,) so that opposite fingers lie equally deep, and how deep they all lie then, finger by finger.
+
+    Two fingers, and four, centre what they hold between them; three stand as they are. A V centres it across, too.
     """
+    vee = vee_of(hand)
+    if vee is not None:
+        return _centred_in_v(np.array(found), 1.0 / np.tan(vee.angle_rad / 2.0))
+    levels = [level for (level,) in found]
     pairs = len(levels) // 2 if len(levels) in (2, 4) else 0
     shift_G, centred = np.zeros(3), list(levels)
     for k in range(pairs):  # along the gripper's x, then its y
@@ -58,44 +69,80 @@ def _centred(levels: Sequence[float]) -> tuple[FloatArray, list[float]]:
     return shift_G, centred
 
 
+def _centred_in_v(levels: FloatArray, rise: float) -> tuple[FloatArray, list[float]]:
+    """The same for flanks (2, 2) of two fingers that recede by `rise` a mm aside; finger 2 is turned by 180°."""
+    sides = np.array([[-1.0, 1.0], [1.0, -1.0]])  # of the gripper's y, on which each flank lies
+    along = float(levels[0].mean() - levels[1].mean()) / 2.0
+    aside = float((sides * levels).mean())
+    left = levels - along * np.array([[1.0], [-1.0]]) - aside * sides
+    return np.array([along, aside / rise, 0.0]), left.ravel().tolist()
+
+
 def standing_off_mm(grasp: Grasp, surface: Surface, hand: HandModel) -> list[float | None]:
     """How far each finger stays off the surface when the first one touches it; None: it meets no surface at all."""
-    levels = [_level_mm(grasp, number, surface, hand) for number in range(hand.fingers)]
-    met = [level for level in levels if level is not None]
-    if len(met) == len(levels):
-        _, met = _centred(met)
-        return [max(met) - level for level in met]
-    foremost = max(met, default=0.0)
-    return [None if level is None else foremost - level for level in levels]
+    found = [_levels_mm(grasp, number, surface, hand) for number in range(hand.fingers)]
+    met = [[level for level in levels if level is not None] for levels in found]
+    zones = _zones(hand, grasp.grip)
+    if all(len(levels) == zones for levels in met):
+        _, centred = _centred(met, hand)
+        by_finger = [centred[start : start + zones] for start in range(0, len(centred), zones)]
+        return [max(centred) - min(levels) for levels in by_finger]
+    foremost = max((level for levels in met for level in levels), default=0.0)
+    return [foremost - min(levels) if len(levels) == zones else None for levels in met]
 
 
-def _level_mm(grasp: Grasp, number: int, surface: Surface, hand: HandModel) -> float | None:
-    """How far a finger has to move outwards to touch the surface, negative inwards; None where there is none to touch."""
+def _levels_mm(grasp: Grasp, number: int, surface: Surface, hand: HandModel) -> list[float | None]:
+    """How far a finger has to move outwards to touch the surface, negative inwards, with each flank of a V by itself.
+
+    None where there is none to touch.
+    """
     gripping = gripping_surface(hand, grasp.grip)
     y_low, y_high = gripping.y_range
     x_range = np.sort(gripping.sign * np.array([-_SEARCH_MM, _DEPTH_MM]))
+    X_GF = hand.finger_poses(grasp.opening_width_mm)[number]
+    if gripping.v is not None:
+        back, X_CF = -gripping.v.height_mm, grasp.X_CG @ X_GF
+        halves = [
+            (np.array([x_range[0], *low]), np.array([x_range[1], *high]))
+            for low, high in (((y_low, back), (0.0, 0.0)), ((0.0, back), (y_high, 0.0)))
+        ]
+        return [_level_mm(gripping.depths_mm(surface.within(X_CF, low, high))) for low, high in halves]
     low, high = np.array([x_range[0], y_low, -gripping.reach_mm(np.inf)]), np.array([x_range[1], y_high, 0.0])
-    X_GP = hand.finger_poses(grasp.opening_width_mm)[number] @ gripping.X_FP
-    x = gripping.depths_mm(surface.within(grasp.X_CG @ X_GP, low, high))
-    x = x[x <= _SEARCH_MM]
-    return float(x.max()) / gripping.slope if x.size and x.max() >= -_SEARCH_MM else None
+    X_GP = X_GF @ gripping.X_FP
+    level = _level_mm(gripping.depths_mm(surface.within(grasp.X_CG @ X_GP, low, high)))
+    return [None if level is None else level / gripping.slope]
+
+
+def _level_mm(depths_mm: FloatArray) -> float | None:
+    """The greatest depth that is near the planned one."""
+    near = depths_mm[depths_mm <= _SEARCH_MM]
+    return float(near.max()) if near.size and near.max() >= -_SEARCH_MM else None
 
 
 def contacts(
     grasp: Grasp, surface: Surface, hand: HandModel, finger_length_mm: float, min_contact_mm: float
 ) -> tuple[Contact, ...] | Rejection:
-    """The contact of each finger of a seated grasp, or why one does not touch as it must."""
+    """The contact of each finger of a seated grasp, of one with a V that of each flank, or why one does not touch as it must."""
     needed, gripping = needed_height_mm(grasp, surface, min_contact_mm), gripping_surface(hand, grasp.grip)
     found = []
     for number, X_GF in enumerate(hand.finger_poses(grasp.opening_width_mm), start=1):
-        touching = _touching(surface, grasp.X_CG @ X_GF, gripping, finger_length_mm)
-        run = _run_mm(touching) * gripping.slope
-        if run < needed - 1e-6:
-            return Rejection(
-                "no-contact", f"finger {number} touches along {run:.2f} mm of parallel surface, at least {needed:.2f} mm"
-            )
-        found.append(_contact(touching, run, gripping.sign))
+        X_CF = grasp.X_CG @ X_GF
+        for flats in gripping.zones:
+            touching = _touching(surface, X_CF, gripping, flats, finger_length_mm)
+            run = _run_mm(touching) * gripping.slope
+            if run < needed - 1e-6:
+                part = f"finger {number}" if gripping.v is None else f"a flank of finger {number}"
+                return Rejection("no-contact", f"{part} touches along {run:.2f} mm of parallel surface, at least {needed:.2f} mm")
+            contact = _contact(touching, run, gripping.sign)
+            found.append(contact if gripping.v is None else _on_flank(contact, X_CF, gripping.v.vee))
     return tuple(found)
+
+
+def _on_flank(contact: Contact, X_CF: FloatArray, vee: Vee) -> Contact:
+    """The contact of a flank with which way its finger closes, and how wide it may become: up to the nearer end of the flank."""
+    aside = abs(float(transform(inverse(X_CF), contact.centre_C[None])[0, 1]))
+    nearer = max(min(aside, vee.width_mm / 2.0 - aside), 0.0)
+    return replace(contact, closing_C=-X_CF[:3, 0], room_mm=float(2.0 * nearer / np.cos(vee.turn_rad)))
 
 
 def needed_height_mm(grasp: Grasp, surface: Surface, min_contact_mm: float) -> float:
@@ -104,10 +151,13 @@ def needed_height_mm(grasp: Grasp, surface: Surface, min_contact_mm: float) -> f
 
 
 def contact_heights_mm(grasp: Grasp, surface: Surface, hand: HandModel, finger_length_mm: float) -> list[float]:
-    """Along how much of its height each finger of a seated grasp touches parallel surface, 0: nowhere."""
+    """Along how much of its height each finger of a seated grasp touches the surface, of a V its lesser flank, 0: nowhere."""
     gripping = gripping_surface(hand, grasp.grip)
-    poses = hand.finger_poses(grasp.opening_width_mm)
-    return [_run_mm(_touching(surface, grasp.X_CG @ X_GF, gripping, finger_length_mm)) * gripping.slope for X_GF in poses]
+    poses = [grasp.X_CG @ X_GF for X_GF in hand.finger_poses(grasp.opening_width_mm)]
+    return [
+        min(_run_mm(_touching(surface, X_CF, gripping, flats, finger_length_mm)) * gripping.slope for flats in gripping.zones)
+        for X_CF in poses
+    ]
 
 
 def _run_mm(touching: Sequence[tuple[FloatArray, FloatArray]]) -> float:
@@ -117,16 +167,21 @@ def _run_mm(touching: Sequence[tuple[FloatArray, FloatArray]]) -> float:
 
 
 def _touching(
-    surface: Surface, X_CF: FloatArray, gripping: GrippingSurface, finger_length_mm: float
+    surface: Surface, X_CF: FloatArray, gripping: GrippingSurface, flats: Sequence[Flat], finger_length_mm: float
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """The flats of the finger that touch: frame (4, 4) of each seen from C, and the triangles (k, 3, 3) in that frame."""
+    """Those flats of the finger that touch: frame (4, 4) of each seen from C, and the triangles (k, 3, 3) in that frame."""
     patches = []
-    for flat in gripping.flats:
+    for flat in flats:
         X_CP = X_CF @ flat.X_FP
         parallel = surface.normals @ (gripping.sign * X_CP[:3, 0]) >= np.cos(PARALLEL_RAD - flat.rounding_rad)
-        low = np.array([-TOUCH_GAP_MM, -flat.width_mm / 2.0, -gripping.reach_mm(finger_length_mm)])
-        high = np.array([TOUCH_GAP_MM, flat.width_mm / 2.0, 0.0])
-        patch = surface.within(X_CP, low, high, parallel) if parallel.any() else np.empty((0, 3, 3))
+        if not parallel.any():
+            continue
+        if gripping.v is None:
+            low = np.array([-TOUCH_GAP_MM, -flat.width_mm / 2.0, -gripping.reach_mm(finger_length_mm)])
+            high = np.array([TOUCH_GAP_MM, flat.width_mm / 2.0, 0.0])
+            patch = surface.within(X_CP, low, high, parallel)
+        else:
+            patch = gripping.flank_patch(flat, surface, X_CF, finger_length_mm, parallel, TOUCH_GAP_MM)
         if len(patch):
             patches.append((X_CP, patch))
     return patches

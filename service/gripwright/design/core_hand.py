@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
-from gripwright.design.tapered_hand import taper_of
+from gripwright.design.tapered_hand import shortest_finger_mm
 from gripwright.domain.gripper import ConvexSolid
 from gripwright.domain.shape import FloatArray
 from gripwright.plugin_api import HandModel
@@ -21,9 +21,9 @@ _ROUNDING_MM = 1e-6
 def core_hand(hand: HandModel, grip: str, opening_mm: float, half: FloatArray) -> HandModel | None:
     """A hand whose fingers lie within those of every grasp up to `half` (turned about x and z, shifted along y and z) away.
 
-    It may be asked about collisions of fingers only. None: they have too little in common, or are tapered.
+    It may be asked about collisions of fingers only. None: they have too little in common, or have tapered or V tips.
     """
-    if taper_of(hand) is not None:
+    if shortest_finger_mm(hand) > 0.0:
         return None
     core = _CoreHand(hand, grip, opening_mm, half)
     across = hand.finger_poses(opening_mm)[:, 0, 1]  # of the gripper's y in each finger's own directions

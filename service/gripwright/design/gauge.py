@@ -22,6 +22,7 @@ from gripwright.design.hand_check import ENTER_MM, LENGTH_LIMIT_MM, ROUGH_MM, Ha
 from gripwright.design.hand_volumes import HandVolumes, Intrusion, Volume
 from gripwright.design.holder import Holder, Models, least_length_mm
 from gripwright.design.holding import hold
+from gripwright.design.tapered_hand import thicker_mm
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
@@ -125,7 +126,7 @@ class Gauge:
         placed, draw_back = (seated, ENTER_MM) if isinstance(seated, Grasp) else (grasp, ROUGH_MM)
         lacking = [] if isinstance(seated, Grasp) else self._unseated(grasp, seated)
         length, palm = self._tips, None
-        widths = around.envelopes(placed.gripper_type, placed.opening_width_mm)
+        widths = around.envelopes(placed.gripper_type, placed.opening_width_mm + 2.0 * thicker_mm(self._hand))
         if len(widths) == 0:
             lacking.append(self._no_actuator(placed))
         else:

@@ -11,7 +11,7 @@ from gripwright.design.gauge import Circumstances, Envelopes
 from gripwright.design.hand_check import HandCheck, Miss, OperationScene
 from gripwright.design.holder import Holder, Models, least_length_mm
 from gripwright.design.holding_load import operation_load
-from gripwright.design.tapered_hand import leaving_mm
+from gripwright.design.tapered_hand import leaving_mm, thicker_mm
 from gripwright.domain.affordance import Forbidden
 from gripwright.domain.assembly import Component
 from gripwright.domain.errors import Rejection
@@ -105,7 +105,7 @@ class GraspJudge:
         touched = forbidden_touch(seated, self._regions, hand, tips)
         if touched is not None:
             return Miss(stage=5, code=touched.code, detail=touched.detail)
-        widths = self._envelopes(seated.gripper_type, seated.opening_width_mm)
+        widths = self._envelopes(seated.gripper_type, seated.opening_width_mm + 2.0 * thicker_mm(hand))
         if len(widths) == 0:
             detail = f"no actuator at hand holds {seated.gripper_type} at {seated.opening_width_mm:.2f} mm"
             return Miss(stage=6, code="too-wide", detail=detail)

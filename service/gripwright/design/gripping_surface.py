@@ -1,6 +1,6 @@
-"""The gripping surface of a hand's fingers: a flat, or narrow flats that stand for a nose or a groove, or an inclined flat.
+"""The gripping surface of a hand's fingers: a flat, or narrow flats that stand for a nose or a groove, an inclined flat, a V.
 
-It is read off the hand's solids, but for the incline of tapered tips. Lengths in mm.
+It is read off the hand's solids, but for the incline of tapered tips and the V. Lengths in mm.
 """
 
 from dataclasses import dataclass, replace
@@ -10,10 +10,14 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from gripwright.design.tapered_hand import TaperedHand
+from gripwright.design.v_hand import VHand
 from gripwright.domain.grasp import EXTERNAL
-from gripwright.domain.shape import FloatArray
+from gripwright.domain.shape import BoolArray, FloatArray
 from gripwright.domain.taper import Taper
-from gripwright.geometry.frames import rotation_z
+from gripwright.domain.v_tip import SIDES, VTip
+from gripwright.geometry.clipping import clip_to_box
+from gripwright.geometry.frames import inverse, rotation_z, transform
+from gripwright.geometry.held_surface import Surface
 from gripwright.plugin_api import HandModel
 
 _ROUND_RAD = float(np.radians(8.0))  # flats that turn by less from one to the next stand for a rounded surface
@@ -41,6 +45,7 @@ class GrippingSurface:
     flats: tuple[Flat, ...]
     sign: float  # of x, where the component is not: +1 for an external grip, −1 for an internal one
     taper: Taper | None = None  # the profile lies in the plane x = 0 of its frame P then, and so do depths
+    v: VTip | None = None  # the profile is that of the tip's end then, and recedes along z
 
     @property
     def y_range(self) -> tuple[float, float]:
@@ -62,18 +67,34 @@ class GrippingSurface:
     @property
     def slope(self) -> float:
         """Cosine of the angle between the gripping surface and the gripper's axis."""
+        if self.v is not None:
+            return float(np.cos(self.v.taper_rad))
         return 1.0 if self.taper is None else float(self.taper.X_FP[2, 2])
+
+    @property
+    def zones(self) -> tuple[tuple[Flat, ...], ...]:
+        """Flats that touch together: all of them, or each flank of a V by itself."""
+        return (self.flats,) if self.v is None else tuple((flat,) for flat in self.flats)
 
     def reach_mm(self, finger_length_mm: float) -> float:
         """How far back from the tip's end it reaches, along itself."""
+        if self.v is not None:
+            return min(finger_length_mm / self.slope, self.v.slant_mm)
         return finger_length_mm if self.taper is None else min(finger_length_mm / self.slope, self.taper.slant_mm)
 
     def rooms(self, finger_length_mm: float, around_mm: float) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
-        """Boxes that hold the finger and `around_mm` before and behind it: the pose of each seen from F, low and high corner."""
+        """Boxes that hold the finger and `around_mm` before and behind it: the pose of each seen from F, low and high corner.
+
+        Of a V they leave out what lies before its flanks.
+        """
         y_low, y_high = self.y_range
         inner, outer = sorted((0.0, self.sign * self.thickness_mm))
         low = np.array([inner - around_mm, y_low, -finger_length_mm])
         high = np.array([outer + around_mm, y_high, 0.0])
+        if self.v is not None:
+            low[0] += self.v.back_mm
+            high[2] = -self.v.height_mm
+            return [*((X_FP, *self._flank_room(X_FP, around_mm)) for X_FP in map(self.v.X_FP, SIDES)), (np.eye(4), low, high)]
         if self.taper is None:
             return [(np.eye(4), low, high)]
         tip_low, stem_low, stem_high = low.copy(), low.copy(), high.copy()
@@ -91,7 +112,29 @@ class GrippingSurface:
             share = (levels - a[:, 1:2]) / (b[:, 1:2] - a[:, 1:2])  # (3m, k)
         edge, level = np.nonzero((share > 0.0) & (share < 1.0))
         points = np.concatenate([a, a[edge] + share[edge, level, None] * (b[edge] - a[edge])])
-        return np.asarray(self.sign * points[:, 0] - np.interp(points[:, 1], self.profile[:, 0], self.profile[:, 1]))
+        depths = np.asarray(self.sign * points[:, 0] - np.interp(points[:, 1], self.profile[:, 0], self.profile[:, 1]))
+        return depths if self.v is None else np.asarray(depths + self.v.slope * points[:, 2])
+
+    def flank_patch(
+        self, flat: Flat, surface: Surface, X_CF: FloatArray, length_mm: float, chosen: BoolArray, gap_mm: float
+    ) -> FloatArray:
+        """The chosen triangles of a surface up to `gap_mm` off one flank of a V, seen from the flat's frame, (k, 3, 3)."""
+        assert self.v is not None
+        side, far = np.sign(flat.X_FP[1, 3]), self.thickness_mm + gap_mm
+        y_low, y_high = sorted((0.0, side * self.v.vee.width_mm / 2.0))
+        low, high = np.array([-far, y_low, -min(length_mm, self.v.height_mm)]), np.array([far, y_high, 0.0])
+        before = transform(inverse(flat.X_FP), surface.within(X_CF, low, high, chosen))
+        return clip_to_box(before, np.array([-gap_mm, -np.inf, -np.inf]), np.array([gap_mm, np.inf, np.inf]))
+
+    def _flank_room(self, X_FP: FloatArray, around_mm: float) -> tuple[FloatArray, FloatArray]:
+        """Low and high corner of a box about a flank of a V, in the flank's frame."""
+        assert self.v is not None
+        side = np.sign(X_FP[1, 3])
+        sections = [(self.v.section_mm(z), z) for z in (0.0, -self.v.height_mm)]
+        corners = np.array([[*section[k], z] for section, z in sections for k in (1, 1 + int(side))])  # (4, 3)
+        in_plane = transform(inverse(X_FP), corners)
+        around = np.array([around_mm, 0.0, 0.0])
+        return in_plane.min(axis=0) - around, in_plane.max(axis=0) + around
 
 
 def gripping_surface(hand: HandModel, grip: str) -> GrippingSurface:
@@ -100,8 +143,17 @@ def gripping_surface(hand: HandModel, grip: str) -> GrippingSurface:
         flat, taper = gripping_surface(hand.flat, grip), hand.taper
         flats = tuple(replace(one, X_FP=taper.X_FP @ one.X_FP) for one in flat.flats)
         return replace(flat, flats=flats, thickness_mm=flat.thickness_mm + taper.depth_mm, taper=taper)
+    if isinstance(hand, VHand) and grip == EXTERNAL:
+        return _of_v(hand.tip, hand.thickness_mm)
     sections = tuple(solid.vertices_mm[:, :2].tobytes() for solid in hand.finger(10.0, grip))
     return _of_sections(sections, 1.0 if grip == EXTERNAL else -1.0)
+
+
+def _of_v(tip: VTip, thickness_mm: float) -> GrippingSurface:
+    width = tip.vee.width_mm / 2.0 / np.cos(tip.vee.turn_rad)
+    flats = tuple(Flat(X_FP=tip.X_FP(side), width_mm=float(width), rounding_rad=0.0) for side in SIDES)
+    profile = tip.section_mm(0.0)[:, ::-1]
+    return GrippingSurface(profile=profile, thickness_mm=thickness_mm, flats=flats, sign=1.0, v=tip)
 
 
 @lru_cache(maxsize=64)

@@ -61,4 +61,4 @@ def hand_of(gripper: Gripper, hand: HandModel) -> HandModel:
     """The hand of a gripper of that type: its tips as they are shaped, or its face of that size."""
     if gripper.groove is not None:
         return GroovedHand(hand, gripper.groove)
-    return tapered(sized_hand(hand, gripper.opening_max_mm), gripper.taper_rad)
+    return tapered(sized_hand(hand, gripper.opening_max_mm), gripper.taper_rad, gripper.vee)

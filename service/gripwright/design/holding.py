@@ -8,8 +8,10 @@ for sliding manipulation, 1996), r being the mean distance of its pressure from 
 
 The actuator keeps the sum of the forces towards its axis, the grip force F; its guides carry their differences. Between tapered
 tips (`domain.taper`) these are not the normal forces, which push the component along the axis besides: friction has to hold that,
-too, and it slips out where the taper is steeper than friction. The elastic distribution is one that friction may choose: F, at
-which the first contact slips, is never below the least force that any distribution needs, and was at most twice that in tests.
+too, and it slips out where the taper is steeper than friction. A finger with a V (`domain.v_tip`) touches with two flanks, one
+contact each, whose normals are turned from the way that it closes: it wedges, and the normal forces are greater than F.
+The elastic distribution is one that friction may choose: F, at which the first contact slips, is never below the least force that
+any distribution needs, and was at most twice that in tests.
 """
 
 from collections.abc import Sequence
@@ -138,8 +140,8 @@ class _Patches:
         inward = -np.array([contact.normal_C for contact in touching])  # (n, 3)
         thrust = inward @ height_axis  # (n,) of a normal force along the gripper's axis
         thrust[np.abs(thrust) < _UPRIGHT] = 0.0
-        self.slopes: FloatArray = np.sqrt(1.0 - thrust**2)
-        self.heights: FloatArray = np.array([max(contact.height_mm, _NARROWEST_MM) for contact in touching]) / self.slopes
+        upright = np.sqrt(1.0 - thrust**2)
+        self.heights: FloatArray = np.array([max(contact.height_mm, _NARROWEST_MM) for contact in touching]) / upright
         self._flat = np.array([contact.area_mm2 for contact in touching]) / self.heights
         self._radius, self._pad = radius_mm, pad
         self.curved = bool(np.isfinite(radius_mm))
@@ -153,8 +155,13 @@ class _Patches:
             columns[:, figure, 3:6] = np.cross(arms, axis) / self.span
         for figure, axis in enumerate((inward, along, across), start=3):
             columns[:, figure, 3:6] = axis
-        columns[:, 0, 6] = self.slopes
-        columns[:, 1, 6] = 0.0 - thrust
+        if touching[0].closing_C is None:
+            columns[:, 0, 6], columns[:, 1, 6] = upright, 0.0 - thrust
+        else:
+            closing = np.array([contact.closing_C for contact in touching])  # (n, 3)
+            columns[:, :3, 6] = np.einsum("fni,ni->nf", np.array([inward, along, across]), closing)
+        self.slopes: FloatArray = columns[:, 0, 6].copy()  # of normal forces along the way that their fingers close
+        self._room = np.array([contact.room_mm for contact in touching])
         self.grip_map: FloatArray = columns.reshape(-1, 7).T  # (7, 6n)
 
     def scaled(self, loads: FloatArray) -> FloatArray:
@@ -184,4 +191,4 @@ class _Patches:
         widest = np.sqrt(2.0 * self._radius * pad.compression * pad.thickness_mm)
         each = force_N / float(self.slopes.sum())
         half = np.cbrt(1.5 * each * self._radius / (pad.normal_N_mm3 * self.heights))
-        return np.asarray(2.0 * np.clip(half, _NARROWEST_MM, widest))
+        return np.asarray(np.minimum(2.0 * np.clip(half, _NARROWEST_MM, widest), np.maximum(self._room, _NARROWEST_MM)))

@@ -64,8 +64,10 @@ def _reason(actuator: Actuator, gripper: Gripper, offers: Offers) -> Rejection:
     if (actuator.name, gripper.grip) in offers.outdone:
         return offers.outdone[actuator.name, gripper.grip]
     operations = [handle.operation for handle in gripper.handles]
-    wanted = (actuator, gripper.grip, gripper.taper_rad)
-    classes = {key: kind for key, kind in offers.classes.items() if (kind.actuator, kind.grip, kind.taper_rad) == wanted}
+    wanted = (actuator, gripper.grip, gripper.taper_rad, gripper.vee)
+    classes = {
+        key: kind for key, kind in offers.classes.items() if (kind.actuator, kind.grip, kind.taper_rad, kind.vee) == wanted
+    }
     for operation in operations:
         if not any(one.gripper_type in classes for one in offers.constraints[operation]):
             short = offers.shortfalls[operation].get((actuator.name, gripper.grip))

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gripwright.design import catalogue
+from gripwright.design.miss_document import vee_of_document
 from gripwright.design.plan import OwnedGripper
 from gripwright.domain.errors import Fault, InvalidPlan
 from gripwright.domain.grasp import SURFACE
@@ -72,7 +73,7 @@ def specifications(design: Mapping[str, Any]) -> list[dict[str, Any]]:
             if gripper["actuator"]["maker"]
             else None,
             "palm_radius": gripper["palm_radius"],
-            **({"taper": gripper["taper"]} if "taper" in gripper else {}),
+            **{key: gripper[key] for key in ("taper", "v_angle", "v_depth") if key in gripper},
         }
         for gripper in design["grippers"]
     ]
@@ -92,6 +93,7 @@ def _gripper(owned: OwnedGripper, actuator: Actuator, hand: HandModel) -> Grippe
         jaw_offset_mm=catalogue.jaw_offset_mm(actuator, owned.opening_max),
         envelope_mm=default_mm if owned.palm_radius is None else owned.palm_radius,
         taper_rad=math.radians(owned.taper),
+        vee=vee_of_document(owned.model_dump()),
         handles=(),
     )
 

@@ -1,5 +1,6 @@
 """How far the pads of a gripper are pressed in by the least force that holds."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 from gripwright.design.stages.fingers import GripperCad
@@ -13,7 +14,8 @@ def pad_compression(handle: Handle, cad: GripperCad) -> float | None:
     if bonded is None or bonded.bought is not None or handle.hold.contact_area_mm2 <= 0.0:
         return None
     pad = cad.spec.pad
-    pressure_MPa = handle.hold.required_force_N / handle.hold.contact_area_mm2  # forces and areas of all fingers together
+    wedged = 1.0 if cad.spec.vee is None else math.cos(cad.spec.vee.turn_rad)  # of a V the flanks are pressed more
+    pressure_MPa = handle.hold.required_force_N / wedged / handle.hold.contact_area_mm2  # of all fingers together
     return pressure_MPa / pad.normal_N_mm3 / pad.thickness_mm
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from gripwright.domain.errors import Fault, InvalidPlan
+from gripwright.domain.grasp import EXTERNAL, PARALLEL_2
 from gripwright.domain.pad import Pad, RubberKey
 
 BEST, BEST_OF = "best", ("sdf", "primitives")
@@ -31,6 +32,8 @@ class OwnedGripper(BaseModel):
     actuator: str | None = Field(None, description="maker/model in the catalogue; null: of unknown force and default size")
     palm_radius: Length | None = Field(None, description="of all that is behind the fingers; null: by default")
     taper: float = Field(0.0, ge=-45, le=45, description="degrees, of tapered tips; positive: they converge towards their ends")
+    v_angle: float | None = Field(None, ge=60, lt=180, description="degrees between the flanks of V tips; null: they have no V")
+    v_depth: float | None = Field(None, gt=0, le=50, description="mm, of the V of V tips; null: they have none")
 
     @model_validator(mode="after")
     def _opens(self) -> "OwnedGripper":
@@ -38,6 +41,10 @@ class OwnedGripper(BaseModel):
             raise ValueError(f"opening_max {self.opening_max:g} is less than opening_min {self.opening_min:g}")
         if self.taper and self.grip == "internal":
             raise ValueError(f"taper {self.taper:g} for an internal grip: tapered tips hold from outside")
+        if (self.v_angle is None) != (self.v_depth is None):
+            raise ValueError("of V tips both v_angle and v_depth are given")
+        if self.v_angle is not None and (self.grip, self.gripper_type) != (EXTERNAL, PARALLEL_2):
+            raise ValueError(f"V tips are of {PARALLEL_2} and hold from outside")
         return self
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gripwright.design.miss_document import miss_document, taper_document
+from gripwright.design.miss_document import miss_document, tip_document
 from gripwright.design.pad_pressure import pad_compression, pad_warnings
 from gripwright.design.plan import Plan
 from gripwright.design.shortfall import closest_segment
@@ -171,7 +171,7 @@ def _segment(item: SegmentAnalysis, analysis: Analysis, verdict: SegmentVerdict 
         "rule": need.rule if need is not None else None,
         "held_primitive": need.primitive.kind if need is not None else None,
         "opening_width": _opening(free, verdict),
-        **taper_document(need.taper_rad if need is not None else 0.0),
+        **(tip_document(need.taper_rad, need.vee) if need is not None else {}),
         "finger_length_min": _mm(min(lengths)) if lengths else None,
         "finger_length_max": _mm(longest) if free and np.isfinite(longest) else None,
         "graspable": bool(free),
@@ -225,7 +225,7 @@ def _gripper(
         "opening_max": _mm(gripper.opening_max_mm),
         "finger_length": _mm(gripper.finger_length_mm),
         "palm_radius": _mm(gripper.envelope_mm),
-        **taper_document(gripper.taper_rad),
+        **tip_document(gripper.taper_rad, gripper.vee),
         "actuator": {
             "maker": gripper.actuator.maker,
             "model": gripper.actuator.model,

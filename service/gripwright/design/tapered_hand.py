@@ -1,14 +1,16 @@
-"""The hand of a gripper whose tips are tapered, made from the flat hand of its type."""
+"""The hand of a gripper whose tips are tapered, made from the flat hand of its type; what is asked of any hand's tips."""
 
 from collections.abc import Sequence
 from typing import ClassVar, cast
 
 import numpy as np
 
+from gripwright.design.v_hand import VHand
 from gripwright.domain.grasp import EXTERNAL
 from gripwright.domain.gripper import ConvexSolid
 from gripwright.domain.shape import FloatArray
 from gripwright.domain.taper import Taper
+from gripwright.domain.v_tip import Vee, VTip
 from gripwright.geometry.solids import box_vertices
 from gripwright.plugin_api import HandModel, Params
 
@@ -63,30 +65,58 @@ class TaperedHand:
         return low, high + np.array([self.taper.depth_mm, 0.0])
 
 
-def tapered(hand: HandModel, taper_rad: float) -> HandModel:
-    """The hand with tips of that taper; itself where it is 0."""
+def tapered(hand: HandModel, taper_rad: float, vee: Vee | None = None) -> HandModel:
+    """The hand with tips of that taper and that V; itself where there is neither."""
+    if vee is not None:
+        return cast(HandModel, VHand(hand, VTip(vee=vee, taper_rad=taper_rad)))  # its type and fingers are no class variables
     if taper_rad == 0.0:
         return hand
-    return cast(HandModel, TaperedHand(hand, Taper(angle_rad=taper_rad)))  # its type and fingers are no class variables
+    return cast(HandModel, TaperedHand(hand, Taper(angle_rad=taper_rad)))
 
 
-def taper_of(hand: HandModel) -> Taper | None:
-    """The taper of a hand's tips; None: they are straight."""
-    return hand.taper if isinstance(hand, TaperedHand) else None
+def taper_rad_of(hand: HandModel) -> float:
+    """The taper of a hand's tips; 0: they are straight."""
+    match hand:
+        case TaperedHand():
+            return hand.taper.angle_rad
+        case VHand():
+            return hand.tip.taper_rad
+        case _:
+            return 0.0
+
+
+def vee_of(hand: HandModel) -> Vee | None:
+    """The V of a hand's tips; None: they are flat."""
+    return hand.tip.vee if isinstance(hand, VHand) else None
 
 
 def leaving_mm(hand: HandModel) -> float:
     """How much farther than the plan's release clearance a hand opens to let go."""
-    taper = taper_of(hand)
-    return 0.0 if taper is None else taper.leaving_mm
+    tip = _tip(hand)
+    return 0.0 if tip is None else tip.leaving_mm
 
 
 def shortest_finger_mm(hand: HandModel) -> float:
     """Fingers are at least as long as their tips."""
-    taper = taper_of(hand)
-    return 0.0 if taper is None else taper.height_mm
+    tip = _tip(hand)
+    return 0.0 if tip is None else tip.height_mm
+
+
+def thicker_mm(hand: HandModel) -> float:
+    """By how much more than a flat finger one with a V reaches outwards from the plane x = 0."""
+    return hand.tip.depth_mm if isinstance(hand, VHand) else 0.0
 
 
 def way_out(hand: HandModel, way_mm: float, grip: str) -> Sequence[ConvexSolid]:
     """What a finger passes through on its way back; of a straight one that is a longer finger."""
-    return hand.way_out(way_mm, grip) if isinstance(hand, TaperedHand) else hand.finger(way_mm, grip)
+    return hand.way_out(way_mm, grip) if isinstance(hand, TaperedHand | VHand) else hand.finger(way_mm, grip)
+
+
+def _tip(hand: HandModel) -> Taper | VTip | None:
+    match hand:
+        case TaperedHand():
+            return hand.taper
+        case VHand():
+            return hand.tip
+        case _:
+            return None

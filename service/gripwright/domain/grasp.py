@@ -8,6 +8,7 @@ from gripwright.domain.errors import Rejection
 from gripwright.domain.later import LATER
 from gripwright.domain.preference import Preference
 from gripwright.domain.shape import FloatArray, Primitive
+from gripwright.domain.v_tip import Vee
 
 PARALLEL_2 = "parallel-2"
 CENTRIC_3 = "centric-3"
@@ -40,6 +41,7 @@ class GripRequirement:
     `approach_C` are unit vectors along which the gripper's +z may point; empty: any direction that keeps the fingers on
     the surfaces. `grip_axes_C` are the directions across which a parallel gripper closes; empty for centric ones.
     `taper_rad` inclines the gripping surfaces to the gripper's axis (`domain.taper`); 0: they are parallel to it.
+    `vee` asks for tips with a V (`domain.v_tip`), of that taper; None: they are flat.
     """
 
     gripper_type: str
@@ -51,6 +53,7 @@ class GripRequirement:
     rule: str = ""
     preferences: tuple[Preference, ...] = ()  # of the house's policies; the host fills them in
     taper_rad: float = field(default=0.0, metadata=LATER)
+    vee: Vee | None = field(default=None, metadata=LATER)
 
     def __post_init__(self) -> None:
         if self.taper_rad and (self.grip != EXTERNAL or not abs(self.taper_rad) < TAPER_LIMIT_RAD):
@@ -58,6 +61,8 @@ class GripRequirement:
             raise ValueError(
                 f"tapered tips hold from outside, at less than {limit:.0f}°; asked for is {self.grip}, {degrees:.1f}°"
             )
+        if self.vee is not None and (self.grip, self.gripper_type) != (EXTERNAL, PARALLEL_2):
+            raise ValueError(f"V tips are of {PARALLEL_2} and hold from outside; asked for is {self.gripper_type}, {self.grip}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,6 +81,7 @@ class Grasp:
     label: str = ""  # how it was planned, for the report: "axis +z, depth 3.2, 30°"
     leeway: FloatArray | None = None  # (4, 2)
     taper_rad: float = field(default=0.0, metadata=LATER)  # as of its requirement
+    vee: Vee | None = field(default=None, metadata=LATER)  # as of its requirement
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -9,6 +9,7 @@ from gripwright.domain.later import LATER
 from gripwright.domain.pad import PAD, Pad
 from gripwright.domain.preference import Preference
 from gripwright.domain.shape import FloatArray, Mesh
+from gripwright.domain.v_tip import Vee
 
 BOUND_TOLERANCE_MM = 1e-9
 """Closed bounds: two figures that are equal as decimals stay equal when binary sums of them differ in the last digit."""
@@ -115,6 +116,7 @@ class Gripper:
     handles: tuple[Handle, ...]
     groove: Groove | None = None  # of concave tips; None: they are not shaped
     taper_rad: float = field(default=0.0, metadata=LATER)  # of its tips (`domain.taper`); 0: straight
+    vee: Vee | None = field(default=None, metadata=LATER)  # of its tips (`domain.v_tip`); None: they are flat
 
 
 def without_handles(gripper: Gripper) -> Gripper:
@@ -172,6 +174,7 @@ class FingerSpec:
     pad: Pad = PAD  # with which its grasps are held
     groove: Groove | None = None  # its tip is concave: its stem reaches farther to x ≥ 0 by the groove's depth
     taper_rad: float = field(default=0.0, metadata=LATER)  # of its tip (`domain.taper`): the stem reaches farther to x ≥ 0
+    vee: Vee | None = field(default=None, metadata=LATER)  # of its tip (`domain.v_tip`): it is as wide, and reaches farther, too
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -7,13 +7,18 @@ from gripwright.domain.shape import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Contact:
-    """The contact of one finger: height along the gripper's z (of a face its diameter), area and centre of what touches."""
+    """The contact of one finger: height along the gripper's z (of a face its diameter), area and centre of what touches.
+
+    A finger with a V has two, one a flank.
+    """
 
     height_mm: float
     area_mm2: float
     centre_C: FloatArray  # (3,)
     normal_C: FloatArray  # (3,) outward normal of the component there
     gap_mm: float
+    closing_C: FloatArray | None = None  # (3,) the way its finger closes; None: against the normal, but for its part along z
+    room_mm: float = float("inf")  # how wide the strip that touches may become
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

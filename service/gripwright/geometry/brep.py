@@ -170,12 +170,17 @@ def cone_z(x_mm: float, y_mm: float, radii_mm: Sequence[float], z_min_mm: float,
 
 def prism_z(polygon_mm: FloatArray, z_min_mm: float, z_max_mm: float) -> Shape:
     """A plane polygon (n, 2), any winding, extruded along z."""
+    return prism_along(polygon_mm, z_min_mm, (0.0, 0.0, z_max_mm - z_min_mm))
+
+
+def prism_along(polygon_mm: FloatArray, z_mm: float, way_mm: Sequence[float]) -> Shape:
+    """A plane polygon (n, 2) at a height z, any winding, extruded along a way that may be oblique, (3,)."""
     outline = BRepBuilderAPI_MakePolygon()
     for x, y in polygon_mm:
-        outline.Add(gp_Pnt(float(x), float(y), z_min_mm))
+        outline.Add(gp_Pnt(float(x), float(y), z_mm))
     outline.Close()
     face = BRepBuilderAPI_MakeFace(outline.Wire(), True).Face()
-    return BRepPrimAPI_MakePrism(face, gp_Vec(0, 0, z_max_mm - z_min_mm)).Shape()
+    return BRepPrimAPI_MakePrism(face, gp_Vec(*map(float, way_mm))).Shape()
 
 
 def prism_y(polygon_mm: FloatArray, y_min_mm: float, y_max_mm: float) -> Shape:

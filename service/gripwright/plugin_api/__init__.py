@@ -17,6 +17,7 @@ from gripwright.plugin_api.contracts import (
     Segmenter,
     TaperedFingerDesigner,
     TipShaper,
+    VTipDesigner,
 )
 from gripwright.plugin_api.grips import grips_of
 from gripwright.plugin_api.manifest import API_VERSION, Manifest, PluginEntry
@@ -42,5 +43,6 @@ __all__ = [
     "Segmenter",
     "TaperedFingerDesigner",
     "TipShaper",
+    "VTipDesigner",
     "grips_of",
 ]

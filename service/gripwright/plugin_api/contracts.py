@@ -21,6 +21,7 @@ from gripwright.domain.groove import Groove
 from gripwright.domain.holding import Contact, Load
 from gripwright.domain.preference import Preference
 from gripwright.domain.shape import FloatArray, Primitive, Segment
+from gripwright.domain.v_tip import Vee
 from gripwright.geometry.held_surface import Surface
 from gripwright.plugin_api.context import RunContext
 from gripwright.plugin_api.params import Params
@@ -193,6 +194,15 @@ class TaperedFingerDesigner(Protocol):
 
     def tapers(self, taper_rad: float) -> bool:
         """Whether it makes tips of this taper."""
+        ...
+
+
+@runtime_checkable
+class VTipDesigner(Protocol):
+    """A finger designer that also makes tips with a V: a spec whose `vee` is not None asks for one (`domain.v_tip`)."""
+
+    def has_v(self, vee: Vee, taper_rad: float) -> bool:
+        """Whether it makes tips with this V, tapered so much."""
         ...
 
 

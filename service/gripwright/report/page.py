@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from gripwright.cad.colour import segment_colours
+from gripwright.design.miss_document import vee_of_document
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import SURFACE
-from gripwright.domain.taper import taper_words
+from gripwright.domain.v_tip import tip_words
 from gripwright.report.views import Views
 
 _STYLE = """
@@ -110,9 +111,9 @@ def _grippers(result: DesignResult, views: Views) -> str:
 def _measures(gripper: Mapping[str, Any]) -> str:
     if gripper["grip"] == SURFACE:
         return f"holds by a face of ⌀{gripper['opening_max']:.4g} mm · {gripper['finger_length']:g} mm long"
-    tapered = f", {taper_words(math.radians(gripper['taper']))}" if "taper" in gripper else ""
+    tips = tip_words(math.radians(gripper.get("taper", 0.0)), vee_of_document(gripper))
     opens = f"opens {gripper['opening_min']:.4g} to {gripper['opening_max']:.4g} mm"
-    return f"{opens} · fingers {gripper['finger_length']:g} mm{tapered}"
+    return f"{opens} · fingers {gripper['finger_length']:g} mm{', ' if tips else ''}{tips}"
 
 
 def _not_chosen(document: Mapping[str, Any]) -> str:

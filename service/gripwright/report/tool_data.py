@@ -14,7 +14,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from gripwright.design.catalogue import mass_or_default_kg
-from gripwright.design.miss_document import taper_document
+from gripwright.design.miss_document import tip_document
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.grasp import SURFACE
 from gripwright.domain.gripper import Gripper
@@ -53,7 +53,7 @@ def tool_json(gripper: Gripper, cad: GripperCad) -> str:
         "actuator_mass_known": gripper.actuator.mass_kg is not None,
         "centre_of_gravity": _rounded(np.array([*side, centre_z]) + X_LG[:3, 3]),
         "finger_length": _rounded(gripper.finger_length_mm),
-        **taper_document(gripper.taper_rad),
+        **tip_document(gripper.taper_rad, gripper.vee),
         "open": _state(gripper, gripper.opening_max_mm),
         "closed": _state(gripper, gripper.opening_min_mm),
         "actuator": {

@@ -11,6 +11,7 @@ from gripwright.cad.colour import segment_colours
 from gripwright.design.gripper_assembly import gripper_parts
 from gripwright.design.holder import sized_hand
 from gripwright.design.memory import Memory
+from gripwright.design.miss_document import vee_of_document
 from gripwright.design.motion import pose_at
 from gripwright.design.result import DesignResult
 from gripwright.design.stages.fingers import GripperCad
@@ -157,7 +158,7 @@ def miss_view(
 ) -> bytes:
     """The hand of the grasp that came closest, where it fails: what is in the way of what, and a ring around the place."""
     hand, length = sized_hand(hands[miss["gripper_type"]], miss["opening_width"]), max(miss["finger_length"], _SHORTEST_MM)
-    hand = tapered(hand, float(np.radians(miss.get("taper", 0.0))))
+    hand = tapered(hand, float(np.radians(miss.get("taper", 0.0))), vee_of_document(miss))
     fingers = [
         shown(hull_mesh(solid.vertices_mm), X_PG @ X_GF, _MISSED if miss["part"] == f"finger {number}" else _HAND)
         for number, X_GF in enumerate(hand.finger_poses(miss["opening_width"]), start=1)

@@ -11,7 +11,7 @@ from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.grasp import SURFACE
 from gripwright.domain.gripper import BondedFinger, BoughtPart, FingerDesign, Gripper
 from gripwright.domain.shape import Mesh
-from gripwright.domain.taper import taper_words
+from gripwright.domain.v_tip import tip_words
 
 BUY, MAKE, ASSEMBLE, OWNED = "buy", "make", "assemble", "owned"
 
@@ -122,7 +122,7 @@ def _owned_row(gripper: Gripper, name: str, operations: tuple[str, ...]) -> BomR
         model=gripper.actuator.model,
         part_number=name,
         quantity=1,
-        description=f"{gripper.gripper_type} gripper at hand, fingers {gripper.finger_length_mm:g} mm{_tapered(gripper)}",
+        description=f"{gripper.gripper_type} gripper at hand, fingers {gripper.finger_length_mm:g} mm{_tips(gripper)}",
         operations=operations,
     )
 
@@ -138,7 +138,7 @@ def _finger_rows(gripper: Gripper, finger: FingerDesign, operations: tuple[str, 
         model="",
         part_number=finger_part_number(finger),
         quantity=gripper.fingers,
-        description=f"{finger.name} {gripper.finger_length_mm:g} mm{_tapered(gripper)} for "
+        description=f"{finger.name} {gripper.finger_length_mm:g} mm{_tips(gripper)} for "
         f"{f'⌀{gripper.opening_max_mm:.4g} mm' if gripper.grip == SURFACE else range_mm} on {gripper.actuator.name}",
         material=finger.material,
         mass_kg=round(bare_kg, 6),
@@ -160,8 +160,9 @@ def _finger_rows(gripper: Gripper, finger: FingerDesign, operations: tuple[str, 
     return rows
 
 
-def _tapered(gripper: Gripper) -> str:
-    return f", {taper_words(gripper.taper_rad)}" if gripper.taper_rad else ""
+def _tips(gripper: Gripper) -> str:
+    words = tip_words(gripper.taper_rad, gripper.vee)
+    return f", {words}" if words else ""
 
 
 def _bought_row(gripper: Gripper, part: BoughtPart) -> BomRow:

@@ -19,7 +19,7 @@ from gripwright.design.holder import sized_hand
 from gripwright.design.holding import contact_radius_mm
 from gripwright.design.nearest_miss import closest_grasp
 from gripwright.design.places import Places, hopeless
-from gripwright.design.tapered_hand import taper_of, tapered
+from gripwright.design.tapered_hand import tapered
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import INTERNAL, SURFACE, FreeGrasp, Grasp, GripRequirement, NearestMiss, SegmentVerdict
@@ -106,7 +106,7 @@ class SegmentSearch:
                 self._lacking.append(lacking)
                 continue
             hand = sized_hand(self._toolbox.hands[requirement.gripper_type], requirement.opening_width_mm)
-            hand = tapered(hand, requirement.taper_rad)
+            hand = tapered(hand, requirement.taper_rad, requirement.vee)
             narrow = _too_narrow(requirement, hand, scene.release_clearance_mm)
             if narrow is not None:
                 self._narrow.append(narrow)
@@ -118,7 +118,7 @@ class SegmentSearch:
             for planner in _planners(requirement, self._toolbox):
                 with self._ctx.timed("grasps.plan"):
                     grasps = planner.plan(self._judge.held.component, self._analysis.segment, requirement, hand, self._ctx)
-                    grasps = [replace(grasp, taper_rad=requirement.taper_rad) for grasp in grasps] if taper_of(hand) else grasps
+                    grasps = [_tipped(grasp, requirement) for grasp in grasps]
                 with self._ctx.timed("constraints.check"):
                     free, missed = self._judge.first_free(grasps, hand, check, radius_mm)
                 places = Places.of(grasps)
@@ -252,6 +252,13 @@ def search_between(segments: Sequence[SegmentSearch], finest: FloatArray, progre
 
 def _words(resolution: FloatArray) -> str:
     return f"searched to {np.degrees(resolution[:2]).max():.1f}°, {resolution[2:].max():.2g} mm"
+
+
+def _tipped(grasp: Grasp, requirement: GripRequirement) -> Grasp:
+    """The grasp with tips as its requirement asks for."""
+    if not requirement.taper_rad and requirement.vee is None:
+        return grasp
+    return replace(grasp, taper_rad=requirement.taper_rad, vee=requirement.vee)
 
 
 def _is_of_size(grasp: Grasp, requirement: GripRequirement) -> bool:

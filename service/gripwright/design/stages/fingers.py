@@ -14,12 +14,13 @@ from gripwright.domain.gripper import FingerDesign, FingerSpec, Gripper
 from gripwright.domain.pad import Pad
 from gripwright.domain.shape import FloatArray, Mesh
 from gripwright.domain.taper import Taper
+from gripwright.domain.v_tip import SIDES, VTip
 from gripwright.geometry.frames import inverse, transform
 from gripwright.geometry.measures import face_areas_mm2
-from gripwright.plugin_api import FingerDesigner, HandModel, RunContext, TaperedFingerDesigner
+from gripwright.plugin_api import FingerDesigner, HandModel, RunContext, TaperedFingerDesigner, VTipDesigner
 
 _TOLERANCE_MM = 0.02  # of a tessellated surface
-_WHOLE = 0.95  # of a tapered gripping surface; its edges may be broken
+_WHOLE = 0.95  # of a tapered gripping surface, of a flank of a V; its edges may be broken
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,6 +54,8 @@ def design_gripper_cad(
     """
     if gripper.taper_rad and not (isinstance(designer, TaperedFingerDesigner) and designer.tapers(gripper.taper_rad)):
         return Rejection("finger-not-tapered", f"the finger designer {designer.key!r} makes no tips of that taper")
+    if gripper.vee and not (isinstance(designer, VTipDesigner) and designer.has_v(gripper.vee, gripper.taper_rad)):
+        return Rejection("finger-without-v", f"the finger designer {designer.key!r} makes no tips with that V")
     needed = required_force_N * safety_factor
     full = holder.grip_force_N(gripper.actuator, gripper.opening_max_mm, models or {})
     forces = [needed] if full is None else [full, *([needed] if needed < full else [])]
@@ -111,6 +114,7 @@ def finger_spec(gripper: Gripper, contact_radii_mm: Sequence[float], grip_force_
         pad=pad,
         groove=gripper.groove,
         taper_rad=gripper.taper_rad,
+        vee=gripper.vee,
     )
 
 
@@ -122,6 +126,33 @@ def _inclined_share(taper: Taper, finger: Mesh, room_mm: FloatArray) -> float:
     return float(face_areas_mm2(finger)[on_surface].sum() / (taper.slant_mm * np.ptp(room_mm[:, 1])))
 
 
+def _lesser_flank(tip: VTip, finger: Mesh) -> float:
+    """Which share of a flank of the hand's V the finger has, of that of which it has less."""
+    shares = []
+    half, faces = tip.vee.width_mm / 2.0, face_areas_mm2(finger)
+    for side in SIDES:
+        y, z = finger.triangles_mm[..., 1] * side, finger.triangles_mm[..., 2]  # (m, 3)
+        off = transform(inverse(tip.X_FP(side)), finger.triangles_mm)[..., 0]
+        within = (y >= -_TOLERANCE_MM) & (y <= half + _TOLERANCE_MM) & (z >= -tip.height_mm - _TOLERANCE_MM)
+        shares.append(float(faces[(within & (np.abs(off) <= _TOLERANCE_MM)).all(axis=1)].sum() / tip.flank_mm2))
+    return min(shares)
+
+
+def _misshapen(spec: FingerSpec, finger: Mesh, room_mm: FloatArray) -> Rejection | None:
+    """Whether the gripping surface of the hand is not there."""
+    if spec.vee is not None:
+        share = _lesser_flank(VTip(vee=spec.vee, taper_rad=spec.taper_rad), finger)
+        code, what = "finger-without-v", f"a flank of the V of {spec.vee.degrees:.1f}° is there"
+    elif spec.taper_rad:
+        share = _inclined_share(Taper(angle_rad=spec.taper_rad), finger, room_mm)
+        code, what = "finger-not-tapered", f"the gripping surface is inclined by {np.degrees(spec.taper_rad):.1f}°"
+    else:
+        return None
+    if share >= _WHOLE:
+        return None
+    return Rejection(code, f"{what} over {100.0 * share:.0f} % of the tip, at least {100.0 * _WHOLE:.0f} % is asked for")
+
+
 def _outside_hand(spec: FingerSpec, finger: Mesh, hand: HandModel) -> Rejection | None:
     """Whether the finger leaves the room for which its grasps were found free of collision: the hand's stem, the palm."""
     vertices = finger.vertices_mm
@@ -130,12 +161,8 @@ def _outside_hand(spec: FingerSpec, finger: Mesh, hand: HandModel) -> Rejection 
     excess = max(float((room.min(axis=0) - stem.min(axis=0)).max()), float((stem.max(axis=0) - room.max(axis=0)).max()))
     if excess > _TOLERANCE_MM:
         return Rejection("finger-outside-hand", f"the stem reaches {excess:.2f} mm out of the hand model's finger")
-    if spec.taper_rad and (share := _inclined_share(Taper(angle_rad=spec.taper_rad), finger, room)) < _WHOLE:
-        return Rejection(
-            "finger-not-tapered",
-            f"the gripping surface is inclined by {np.degrees(spec.taper_rad):.1f}° over {100.0 * share:.0f} % of the tip, "
-            f"at least {100.0 * _WHOLE:.0f} % is asked for",
-        )
+    if (misshapen := _misshapen(spec, finger, room)) is not None:
+        return misshapen
     if spec.grip == SURFACE:  # a cup may be wider than the palm: what lies before it was judged by its own solids
         base = vertices[vertices[:, 2] < -spec.finger_length_mm + _TOLERANCE_MM]
         poses = hand.finger_poses(spec.opening_max_mm)

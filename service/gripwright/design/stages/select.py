@@ -141,22 +141,25 @@ def _offer(grasps: Sequence[HeldGrasp], actuators: Sequence[Actuator], options: 
     costs = costs_of(actuators, policy, options.preferences)
     classes: dict[str, ActuatorClass] = {}
     worse: dict[ActuatorGrip, Rejection] = {}
-    for gripper_type, grip, taper_rad in sorted({_fingers(held.free) for held in grasps}):
-        frees = [held.free for held in grasps if _fingers(held.free) == (gripper_type, grip, taper_rad)]
+    for fingers in sorted({_fingers(held.free) for held in grasps}):
+        frees = [held.free for held in grasps if _fingers(held.free) == fingers]
+        (gripper_type, grip, *_), one = fingers, frees[0].grasp
         fitting = [actuator for actuator in actuators if actuator.gripper_type == gripper_type]
         beaten = outdone(fitting, costs, grip)
         worse.update({(name, grip): rejection for name, rejection in beaten.items()})
         best = [actuator for actuator in fitting if actuator.name not in beaten]
-        for kind in classes_of(best, costs, frees, tapered(hands[gripper_type], taper_rad), grip):
+        for kind in classes_of(best, costs, frees, tapered(hands[gripper_type], one.taper_rad, one.vee), grip):
             classes[kind.key] = with_shorter_fingers(kind, options.too_heavy)
     owned = {f"owned|{i}": i for i in range(len(options.owned))}
     classes.update({key: owned_class(key, options.owned[i], hands[options.owned[i].gripper_type]) for key, i in owned.items()})
     return _Offer(classes=classes, owned=owned, outdone=worse, costs=costs, policy=policy)
 
 
-def _fingers(free: FreeGrasp) -> tuple[str, str, float]:
+def _fingers(free: FreeGrasp) -> tuple[str, str, float, float, float]:
     """What a grasp asks of fingers: grippers of other fingers are of other classes."""
-    return free.grasp.gripper_type, free.grasp.grip, free.grasp.taper_rad
+    grasp, vee = free.grasp, free.grasp.vee
+    v = (0.0, 0.0) if vee is None else (vee.angle_rad, vee.depth_mm)
+    return grasp.gripper_type, grasp.grip, grasp.taper_rad, *v
 
 
 def _demand(grasps: Sequence[HeldGrasp], offer: _Offer, options: SelectOptions) -> _Demand:
@@ -277,6 +280,7 @@ def _gripper(
         jaw_offset_mm=catalogue.jaw_offset_mm(kind.actuator, parameters.opening_max_mm),
         envelope_mm=kind.envelope_mm,
         taper_rad=kind.taper_rad,
+        vee=kind.vee,
         handles=tuple(
             best_handle(op, grasps[op], parameters, kind, options.release_clearance_mm, offer.policy) for op in operations
         ),
