@@ -9,7 +9,8 @@ for sliding manipulation, 1996), r being the mean distance of its pressure from 
 The actuator keeps the sum of the forces towards its axis, the grip force F; its guides carry their differences. Between tapered
 tips (`domain.taper`) these are not the normal forces, which push the component along the axis besides: friction has to hold that,
 too, and it slips out where the taper is steeper than friction. A finger with a V (`domain.v_tip`) touches with two flanks, one
-contact each, whose normals are turned from the way that it closes: it wedges, and the normal forces are greater than F.
+contact each, whose normals are turned from the way that it closes: it wedges, and the normal forces are greater than F. How the
+flanks have rubbed as they closed is left out of account: that is balanced in itself, and what of it hinders a load slips.
 The elastic distribution is one that friction may choose: F, at which the first contact slips, is never below the least force that
 any distribution needs, and was at most twice that in tests.
 """

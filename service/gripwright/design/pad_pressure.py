@@ -14,7 +14,8 @@ def pad_compression(handle: Handle, cad: GripperCad) -> float | None:
     if bonded is None or bonded.bought is not None or handle.hold.contact_area_mm2 <= 0.0:
         return None
     pad = cad.spec.pad
-    wedged = 1.0 if cad.spec.vee is None else math.cos(cad.spec.vee.turn_rad)  # of a V the flanks are pressed more
+    vee = handle.grasp.vee
+    wedged = 1.0 if vee is None else math.cos(vee.turn_rad)  # flanks of a V are pressed more than the fingers close
     pressure_MPa = handle.hold.required_force_N / wedged / handle.hold.contact_area_mm2  # of all fingers together
     return pressure_MPa / pad.normal_N_mm3 / pad.thickness_mm
 

@@ -13,6 +13,7 @@ from gripwright.domain.grasp import SURFACE
 from gripwright.domain.gripper import second_part
 from gripwright.domain.shape import FloatArray
 from gripwright.domain.taper import Taper
+from gripwright.domain.v_tip import VTip
 from gripwright.geometry import brep
 from gripwright.geometry.projection import Projection, project
 from gripwright.report.dimension import Point, horizontal, millimetres, text, vertical
@@ -70,6 +71,7 @@ def finger_drawing(cad: GripperCad, *, title: str, part_number: str) -> str:
             _top_dimensions(top, measures),
             _tip_radius(top, measures, cad),
             _incline(front, cad),
+            _opening_of_v(top, cad),
             _title_block(cad, title, part_number, front.scale),
             *(text((column, 20.0 + 5.0 * i), note, anchor="start") for i, note in enumerate(notes)),
         ]
@@ -109,7 +111,7 @@ def _measure(cad: GripperCad, solid: brep.Shape) -> _Measures:
 
 
 def _seat_mm(cad: GripperCad) -> float:
-    if cad.finger.bonded is None or cad.spec.taper_rad or cad.spec.grip == SURFACE:
+    if cad.finger.bonded is None or cad.spec.taper_rad or cad.spec.vee or cad.spec.grip == SURFACE:
         return 0.0
     x = brep.bounds_mm(brep.read_brep(cad.finger.bonded.pad.brep))[:, 0]
     return float(x[np.argmax(np.abs(x))])
@@ -194,17 +196,27 @@ def _tip_radius(view: _View, m: _Measures, cad: GripperCad) -> str:
 
 
 def _incline(view: _View, cad: GripperCad) -> str:
-    """Height and angle of a tapered gripping surface, before it."""
-    if not cad.spec.taper_rad:
+    """Height and angle of a tapered gripping surface, or of a V, before it."""
+    spec = cad.spec
+    if spec.vee is not None:
+        tip: Taper | VTip = VTip(vee=spec.vee, taper_rad=spec.taper_rad)
+    elif spec.taper_rad:
+        tip = Taper(angle_rad=spec.taper_rad)
+    else:
         return ""
-    taper = Taper(angle_rad=cad.spec.taper_rad)
-    middle = view.at(0.0, -taper.height_mm / 2.0)
-    return "".join(
-        [
-            vertical(view.at(taper.tip_mm, 0.0), view.at(taper.stem_mm, -taper.height_mm), -15.0, taper.height_mm),
-            text((middle[0] - 7.0, middle[1] + 1.1), f"{abs(math.degrees(taper.angle_rad)):.1f}°"),
-        ]
-    )
+    middle = view.at(0.0, -tip.height_mm / 2.0)
+    angle = text((middle[0] - 7.0, middle[1] + 1.1), f"{abs(math.degrees(spec.taper_rad)):.1f}°") if spec.taper_rad else ""
+    return vertical(view.at(tip.tip_mm, 0.0), view.at(tip.stem_mm, -tip.height_mm), -15.0, tip.height_mm) + angle
+
+
+def _opening_of_v(view: _View, cad: GripperCad) -> str:
+    """Angle and depth of a V, seen along the finger, behind its bottom."""
+    if cad.spec.vee is None:
+        return ""
+    tip = VTip(vee=cad.spec.vee, taper_rad=cad.spec.taper_rad)
+    at = view.at(tip.tip_mm + tip.vee.depth_mm, 0.0)
+    words = f"{tip.vee.degrees:.1f}° × {millimetres(tip.vee.depth_mm)}"
+    return text((at[0] + 1.0, at[1] + 1.1), words, anchor="start")
 
 
 def _left_of(view: _View, m: _Measures, x_mm: float) -> float:

@@ -5,6 +5,7 @@ import math
 from gripwright.design.stages.fingers import GripperCad
 from gripwright.domain.grasp import INTERNAL
 from gripwright.domain.taper import Taper
+from gripwright.domain.v_tip import VTip
 from gripwright.report.dimension import millimetres
 
 
@@ -21,6 +22,8 @@ def gripping_surface_notes(cad: GripperCad) -> list[str]:
             f"Gripping surface: hollow R{millimetres(groove)} over the whole stem, its corners at",
             "x = 0, towards the gripper's axis; edges broken by 0.2 at most.",
         ]
+    if cad.spec.vee is not None:
+        return _v_notes(VTip(vee=cad.spec.vee, taper_rad=cad.spec.taper_rad))
     if cad.spec.taper_rad:
         taper, where = Taper(angle_rad=cad.spec.taper_rad), "end" if cad.spec.taper_rad > 0.0 else "shoulder"
         return [
@@ -43,10 +46,30 @@ def bonding_notes(cad: GripperCad) -> list[str]:
         return []
     thickness, width, length = (millimetres(side) for side in bonded.pad_size_mm)
     return [
-        f"Pad: {bonded.pad.material}, {thickness} × {width} × {length}; bond it over its whole face,",
+        f"Pad: {bonded.pad.material}, {thickness} × {width} × {length}{_folded(cad)}; bond it over its whole face,",
         f"flush with tip and sides, with {bonded.adhesive}.",
         "Seat of the pad: degreased, its corner to the base R0.3 at most."
-        if not cad.spec.taper_rad
+        if not _has_shoulder(cad)
         else "Seat of the pad: degreased, its corner to the shoulder R0.3 at most; pad bevelled at both ends.",
-        f"Holes are measured from {'x = 0' if cad.spec.taper_rad else 'the seat'}. Without pad: finger_bare.step.",
+        f"Holes are measured from {'x = 0' if _has_shoulder(cad) else 'the seat'}. Without pad: finger_bare.step.",
     ]
+
+
+def _v_notes(tip: VTip) -> list[str]:
+    """The V, its taper, and which of its edges is nearest to the gripper's axis."""
+    where = {0: "all along", 1: "at the end", -1: "at the shoulder"}[(tip.taper_rad > 0.0) - (tip.taper_rad < 0.0)]
+    tapered = f", tapered by {abs(math.degrees(tip.taper_rad)):.1f}°" if tip.taper_rad else ""
+    return [
+        f"Gripping surface: V of {tip.vee.degrees:.1f}°, {millimetres(tip.vee.depth_mm)} deep in every section along z, over "
+        f"{millimetres(tip.height_mm)}{tapered};",
+        f"its edges are nearest to the gripper's axis {where}, there x = 0; broken by 0.2 at most.",
+    ]
+
+
+def _has_shoulder(cad: GripperCad) -> bool:
+    """Whether the pad ends at a shoulder, and lies askew."""
+    return bool(cad.spec.taper_rad) or cad.spec.vee is not None
+
+
+def _folded(cad: GripperCad) -> str:
+    return ", folded" if cad.spec.vee is not None else ""

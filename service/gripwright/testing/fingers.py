@@ -1,4 +1,4 @@
-"""Checks of finger designers: one valid solid in frame F, its mesh and mass as stated, its pad, its groove, its taper."""
+"""Checks of finger designers: one valid solid in frame F, its mesh and mass as stated, its pad, its groove, its taper, its V."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -11,6 +11,7 @@ from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, EXTERNAL, PARALLEL_2, 
 from gripwright.domain.gripper import NO_STROKE, Actuator, FingerDesign, FingerSpec
 from gripwright.domain.groove import Groove
 from gripwright.domain.taper import Taper
+from gripwright.domain.v_tip import SIDES, Vee, VTip
 from gripwright.geometry import brep
 from gripwright.geometry.adjacency import face_adjacency
 from gripwright.geometry.frames import inverse, transform
@@ -24,11 +25,13 @@ _FACE_MM, _FACE_LENGTH_MM = 32.0, 80.0
 _GROOVE = Groove(radius_mm=27.0, width_mm=10.0)
 _TAPERS = (12.0, -12.0)
 _TAPERED_SHARE = 0.95  # of the width of the tip; edges may be broken
+_VEE = Vee(angle_rad=float(np.radians(120.0)), depth_mm=3.0)
+_V_TAPERS = (0.0, *_TAPERS)
 _DENSITIES_KG_M3 = (500.0, 20_000.0)
 
 
 def cases(plugin: Any) -> list[Case]:
-    """Each grip that it serves of each gripper type; besides, a groove of a tip shaper, tapered tips of who makes them."""
+    """Each grip that it serves of each gripper type; besides, a groove of a tip shaper, tapered and V tips of who makes them."""
     specs = {
         f"{gripper_type}, {grip}": _face_spec(gripper_type) if grip == SURFACE else _spec(gripper_type, grip)
         for gripper_type in sorted(plugin.gripper_types)
@@ -41,6 +44,9 @@ def cases(plugin: Any) -> list[Case]:
             for degrees in _TAPERS:
                 spec = replace(_spec(gripper_type, EXTERNAL), taper_rad=float(np.radians(degrees)))
                 specs[f"{gripper_type}, tapered {degrees:g}°"] = spec
+    if hasattr(plugin, "has_v") and PARALLEL_2 in plugin.gripper_types:
+        for taper in map(float, np.radians(_V_TAPERS)):
+            specs[f"{PARALLEL_2}, V tips, tapered {np.degrees(taper):g}°"] = _v_spec(taper)
     return [Case(name=name, method="design", arguments={"spec": spec}) for name, spec in specs.items()]
 
 
@@ -77,6 +83,10 @@ def _spec(gripper_type: str, grip: str) -> FingerSpec:
         contact_radii_mm=(27.0, float("inf")),
         grip_force_N=60.0,
     )
+
+
+def _v_spec(taper_rad: float) -> FingerSpec:
+    return replace(_spec(PARALLEL_2, EXTERNAL), vee=_VEE, taper_rad=taper_rad)
 
 
 def designs(trial: Trial) -> Iterable[str]:
@@ -163,7 +173,7 @@ def tapers(trial: Trial) -> Iterable[str]:
     """The tip's gripping surface is a plane of the angle that the spec names, as high as a taper, and nothing lies before it."""
     for case, design in trial.answers():
         angle = case.arguments["spec"].taper_rad
-        if not angle:
+        if not angle or case.arguments["spec"].vee is not None:
             continue
         asked = Taper(angle_rad=angle)
         corners = transform(inverse(asked.X_FP), design.mesh.triangles_mm)  # (m, 3, 3)
@@ -180,6 +190,25 @@ def tapers(trial: Trial) -> Iterable[str]:
             yield f"{case.name}: the tip reaches before its inclined gripping surface"
 
 
+def has_v(trial: Trial) -> Iterable[str]:
+    """Both flanks of the V that the spec names are there, whole and as high as a tip, and nothing lies before them."""
+    for case, design in trial.answers():
+        spec = case.arguments["spec"]
+        if spec.vee is None:
+            continue
+        tip, triangles = VTip(vee=spec.vee, taper_rad=spec.taper_rad), design.mesh.triangles_mm  # (m, 3, 3)
+        on_tip = (triangles[..., 2] >= -tip.height_mm - _PLANE_MM).all(axis=1)
+        for side in SIDES:
+            off = transform(inverse(tip.X_FP(side)), triangles)[..., 0]
+            beside = on_tip & (side * triangles[..., 1] >= -_PLANE_MM).all(axis=1)
+            area = float(face_areas_mm2(design.mesh)[beside & (np.abs(off) <= _PLANE_MM).all(axis=1)].sum())
+            which = f"the flank at {'+' if side > 0.0 else '−'}y of the V"
+            if area < _TAPERED_SHARE * tip.flank_mm2:
+                yield f"{case.name}: {which} has {area:.4g} mm² where {tip.flank_mm2:.4g} mm² were expected"
+            if (off[beside] < -_PLANE_MM).any():
+                yield f"{case.name}: the tip reaches before {which}"
+
+
 CHECKS = (
     Check("design", "a design, or a no with its reason", designs),
     Check("solid", "one valid solid, a closed mesh, the volume and mass that are stated", solid),
@@ -187,4 +216,5 @@ CHECKS = (
     Check("parts", "bare finger and pad make up the finger", parts),
     Check("groove", "the tip has the groove that is asked for", groove),
     Check("tapers", "the tip has the taper that is asked for", tapers),
+    Check("has_v", "the tip has the V that is asked for", has_v),
 )
