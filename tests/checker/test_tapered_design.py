@@ -27,6 +27,8 @@ TAPERED = (
     "fitters=cylinder,box,cone,pyramid",
     "rules=three_finger_cylinder,two_finger_box,three_finger_cone,two_finger_pyramid",
     "planners=axial,facet_pairs,tapered",
+    "tapered.rotation_step=60",  # few grasps are enough here
+    "tapered.depths=3",
 )
 PLATE_MM = 10.0
 

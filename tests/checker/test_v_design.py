@@ -28,6 +28,9 @@ WITHOUT_V = (
     "rules=two_finger_box",
     "planners=facet_pairs,tapered",
     "hands=parallel_2",
+    "tapered.rotation_step=60",  # few grasps are enough here
+    "tapered.depths=3",
+    "sdf.rays=10",
 )
 WITH_V = (WITHOUT_V[0], "rules=two_finger_box,two_finger_cone,two_finger_cylinder", *WITHOUT_V[2:])
 

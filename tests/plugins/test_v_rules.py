@@ -25,7 +25,7 @@ from gripwright_builtin.shapes.plan_tapered import TaperedPlanner, TaperedSettin
 from mesh_factory import component_of, mesh_of, moved
 
 CONE_RULE, CYLINDER_RULE = TwoFingerCone(ConeVSettings()), TwoFingerCylinder(VSettings())
-HAND, PLANNER = ParallelHand(HandSettings()), TaperedPlanner(TaperedSettings())
+HAND, PLANNER = ParallelHand(HandSettings()), TaperedPlanner(TaperedSettings(rotation_step=45.0, depths=3))
 RADIUS_MM, HEIGHT_MM = 8.0, 24.0
 
 
@@ -133,7 +133,7 @@ def test_planned_grasps_touch_with_both_flanks_from_both_ends_in_any_pose(
         hand = tapered(HAND, need.taper_rad, need.vee)
         grasps = PLANNER.plan(component, segment, need, hand, RunContext())
 
-        assert len(grasps) >= 6
+        assert len(grasps) >= 4
         assert all(is_rigid(grasp.X_CG) for grasp in grasps)
         assert max(np.abs(grasp.X_CG[:3, 2] @ fit.axis_C) for grasp in grasps) == pytest.approx(1.0)
         for grasp in grasps:
