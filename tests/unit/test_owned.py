@@ -13,17 +13,20 @@ from gripwright.design import pipeline
 from gripwright.design.catalogue import palm_envelope_mm
 from gripwright.design.gripper_set import minimise
 from gripwright.design.impact import change_impact
+from gripwright.design.miss_document import tip_document
 from gripwright.design.owned import actuators_of, owned_grippers, specifications
 from gripwright.design.plan import plan_of
 from gripwright.design.result import DesignResult
 from gripwright.domain.assembly import AssemblyTask, Component, Operation
 from gripwright.domain.errors import InvalidPlan
-from gripwright.domain.grasp import CENTRIC_3
+from gripwright.domain.grasp import CENTRIC_3, PARALLEL_2
 from gripwright.domain.gripper import Actuator
 from gripwright.geometry import brep
 from gripwright.registry.building import build_toolbox
 from gripwright.registry.discovery import load_registry
 from gripwright_builtin.hands.centric import CentricHand, CentricSettings
+from gripwright_builtin.hands.parallel import ParallelHand
+from gripwright_builtin.hands.prism import HandSettings
 from gripwright_builtin.optimizers.set_cover import SetCoverOptimizer, SetCoverParams
 from here_runner import HereRunner
 
@@ -173,6 +176,22 @@ def test_an_owned_gripper_has_its_own_figures_and_those_of_its_actuator() -> Non
     assert (plain.actuator.grip_force_N, plain.actuator.stroke_mm, plain.envelope_mm) == (None, 10.0, 33.0)
 
 
+@pytest.mark.parametrize(
+    "tips", [{}, {"taper": -8.0}, {"v_angle": 120.0, "v_depth": 3.0}, {"taper": 8.0, "v_angle": 90.0, "v_depth": 2.5}]
+)
+def test_the_tips_of_an_earlier_designs_gripper_are_those_of_the_owned_one(tips: dict[str, float]) -> None:
+    hands: Any = {PARALLEL_2: ParallelHand(HandSettings())}
+    gripper = {
+        **make_owned(gripper_type=PARALLEL_2), "id": "G1", "grip": "external", "palm_radius": 33.0, "owned": None, **tips,
+        "actuator": {"maker": "M", "model": "a"},
+    }  # fmt: skip
+    plan = plan_of({"owned": specifications({"product": {"part_number": "P", "revision": "A"}, "grippers": [gripper]})})
+
+    (owned,) = owned_grippers(plan.owned, [make_actuator(gripper_type=PARALLEL_2)], hands)
+
+    assert tip_document(owned.taper_rad, owned.vee) == tips
+
+
 def test_owned_grippers_that_cannot_be_are_refused_together() -> None:
     plan = plan_of({"owned": [make_owned(actuator="M/b"), make_owned(name="wide", actuator="M/a", opening_max=40.0)]})
 
@@ -200,6 +219,9 @@ def test_an_owned_gripper_without_a_hand_model_is_refused() -> None:
         ([make_owned(finger_length=float("nan"))], "/options/owned/0/finger_length"),
         ([make_owned(color="red")], "/options/owned/0/color"),
         ([make_owned(grip="magnetic")], "/options/owned/0/grip"),
+        ([make_owned(gripper_type=PARALLEL_2, v_angle=120.0)], "/options/owned/0"),
+        ([make_owned(gripper_type=PARALLEL_2, v_angle=59.0, v_depth=3.0)], "/options/owned/0/v_angle"),
+        ([make_owned(v_angle=120.0, v_depth=3.0)], "/options/owned/0"),
         (["old"], "/options/owned/0"),
     ],
 )

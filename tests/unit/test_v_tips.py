@@ -13,6 +13,7 @@ from gripwright.design.contact import Surface, contact_heights_mm, contacts, for
 from gripwright.design.core_hand import core_hand
 from gripwright.design.grooved_hand import hand_of
 from gripwright.design.hand_check import HandCheck
+from gripwright.design.reason import held_with
 from gripwright.design.scenes import Body, operation_scene
 from gripwright.design.stages.fingers import GripperCad, design_gripper_cad
 from gripwright.design.stages.verify import verify_handle
@@ -360,6 +361,10 @@ def test_a_class_of_grippers_serves_grasps_of_its_own_v_and_taper_alone_and_open
     asked = [grasp_of(0.0, 8.0), grasp_of(0.0, 8.0, vee=other), grasp_of(-8.0, 8.0), replace(grasp_of(0.0, 8.0), vee=None)]
     assert [v.serves(free(grasp)) for grasp in asked] == [True, False, False, False]
     assert [flat.serves(free(grasp)) for grasp in asked] == [False, False, False, True]
+
+
+def test_a_reason_names_the_tips_and_not_a_diameter() -> None:
+    assert held_with(grasp_of(0.0, 8.0), 2) == "gripped by V tips 12.5 mm apart (segment 2),"
 
 
 def test_a_v_is_named_with_its_taper_and_neighbouring_grasps_are_not_narrowed_by_a_core() -> None:

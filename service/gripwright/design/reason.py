@@ -10,6 +10,7 @@ from gripwright.design.motion import stretches
 from gripwright.design.nearest_miss import Closest
 from gripwright.domain.grasp import CENTRIC_3, INTERNAL, SURFACE, Grasp, GripRequirement, NearestMiss
 from gripwright.domain.shape import Cylinder
+from gripwright.domain.v_tip import Vee
 
 _TOUCHING_MM = 0.005
 _SEATED_MM = 0.5  # from here on it is at its seat
@@ -66,17 +67,19 @@ def narrow_bore(requirement: GripRequirement, segment: int, fingers: int, least_
 def held_at(requirement: GripRequirement, segment: int) -> str:
     """Where a requirement holds: "gripped on Ø24.0 mm (segment 2),"."""
     is_round = requirement.grip == INTERNAL or isinstance(requirement.primitive, Cylinder)
-    return _gripped(requirement.opening_width_mm, requirement.grip, is_round, segment)
+    return _gripped(requirement.opening_width_mm, requirement.grip, is_round, requirement.vee, segment)
 
 
 def held_with(grasp: Grasp, segment: int) -> str:
     """As `held_at`, of a grasp by itself: three fingers hold round surfaces."""
-    return _gripped(grasp.opening_width_mm, grasp.grip, grasp.gripper_type == CENTRIC_3, segment)
+    return _gripped(grasp.opening_width_mm, grasp.grip, grasp.gripper_type == CENTRIC_3, grasp.vee, segment)
 
 
-def _gripped(opening_width_mm: float, grip: str, is_round: bool, segment: int) -> str:
+def _gripped(opening_width_mm: float, grip: str, is_round: bool, vee: Vee | None, segment: int) -> str:
     if grip == SURFACE:
         return f"held by a face of Ø{opening_width_mm:.1f} mm (segment {segment}),"
+    if vee is not None:
+        return f"gripped by V tips {opening_width_mm:.1f} mm apart (segment {segment}),"
     where = "across " if not is_round else "from inside Ø" if grip == INTERNAL else "on Ø"
     return f"gripped {where}{opening_width_mm:.1f} mm (segment {segment}),"
 
