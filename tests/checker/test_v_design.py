@@ -16,7 +16,11 @@ from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
 
 from checker.bench import box, shifted, tube
+from checker.contact import contact_height
+from checker.gripper import Gripper, finger_pose
+from checker.package import read_package
 from checker.promises import check_design
+from checker.shapes import placed
 from checker.test_tapered_design import cone
 from designed_products import COMPLETE, INCOMPLETE
 
@@ -108,6 +112,23 @@ def test_v_tips_hold_them_and_keep_every_promise(pins: Path, designed: Any) -> N
     (pin,) = (handle for gripper in design["grippers"] for handle in gripper["handles"] if handle["component"] == "pin")
     assert pin["opening_width"] == pytest.approx(2.0 * (7.0 / np.cos(np.radians(30.0)) - 3.0), abs=0.02)
     assert pin["contact_offset"] == pytest.approx(7.0 * np.cos(np.radians(30.0)) - pin["opening_width"] / 2.0, abs=0.02)
+
+
+def test_each_flank_by_itself_touches_as_high_as_a_contact_has_to_be(pins: Path, designed: Any) -> None:
+    """The checker asks for one contact a finger; here it is shown one half of the component after the other."""
+    _, folder = designed(pins, WITH_V)
+    package = read_package(pins)
+
+    for record in json.loads((folder / "design.json").read_text())["grippers"]:
+        gripper = Gripper.read(folder, record)
+        for handle in record["handles"]:
+            held = package.components[handle["component"]].mesh.subdivide_to_size(1.0)
+            for angle in gripper.angles_rad:
+                to_finger = np.linalg.inv(np.array(handle["grasp_pose"]) @ finger_pose(angle, handle["opening_width"]))
+                seen = placed(held, to_finger)
+                for side in (-1.0, 1.0):
+                    half = trimesh.Trimesh(seen.vertices, seen.faces[side * seen.triangles_center[:, 1] > 0.5], process=False)
+                    assert contact_height(gripper.finger, half, -1.0) >= 3.0 - 0.11
 
 
 def test_the_v_stands_in_the_bill_of_materials_in_tool_data_in_the_drawing_and_in_the_step_file(

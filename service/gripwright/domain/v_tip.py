@@ -97,6 +97,11 @@ class VTip:
         return (self.stem_mm - self.tip_mm) / self.height_mm
 
     @property
+    def incline_rad(self) -> float:
+        """Between edges or bottom and the gripper's axis: more than the taper, which is that of what is held; not negative."""
+        return math.atan(abs(self.slope))
+
+    @property
     def leaving_mm(self) -> float:
         """How much farther than others such fingers open to let go, as tapered ones do."""
         return 2.0 * max(self.stem_mm - self.tip_mm, 0.0)

@@ -71,7 +71,7 @@ def finger_drawing(cad: GripperCad, *, title: str, part_number: str) -> str:
             _top_dimensions(top, measures),
             _tip_radius(top, measures, cad),
             _incline(front, cad),
-            _opening_of_v(top, cad),
+            _opening_of_v(top, measures, cad),
             _title_block(cad, title, part_number, front.scale),
             *(text((column, 20.0 + 5.0 * i), note, anchor="start") for i, note in enumerate(notes)),
         ]
@@ -199,24 +199,25 @@ def _incline(view: _View, cad: GripperCad) -> str:
     """Height and angle of a tapered gripping surface, or of a V, before it."""
     spec = cad.spec
     if spec.vee is not None:
-        tip: Taper | VTip = VTip(vee=spec.vee, taper_rad=spec.taper_rad)
+        v = VTip(vee=spec.vee, taper_rad=spec.taper_rad)
+        tip, incline_rad = (v.tip_mm, v.stem_mm, v.height_mm), v.incline_rad
     elif spec.taper_rad:
-        tip = Taper(angle_rad=spec.taper_rad)
+        taper = Taper(angle_rad=spec.taper_rad)
+        tip, incline_rad = (taper.tip_mm, taper.stem_mm, taper.height_mm), abs(spec.taper_rad)
     else:
         return ""
-    middle = view.at(0.0, -tip.height_mm / 2.0)
-    angle = text((middle[0] - 7.0, middle[1] + 1.1), f"{abs(math.degrees(spec.taper_rad)):.1f}°") if spec.taper_rad else ""
-    return vertical(view.at(tip.tip_mm, 0.0), view.at(tip.stem_mm, -tip.height_mm), -15.0, tip.height_mm) + angle
+    at_end, at_stem, height = tip
+    middle = view.at(0.0, -height / 2.0)
+    angle = text((middle[0] - 7.0, middle[1] + 1.1), f"{math.degrees(incline_rad):.1f}°") if spec.taper_rad else ""
+    return vertical(view.at(at_end, 0.0), view.at(at_stem, -height), -15.0, height) + angle
 
 
-def _opening_of_v(view: _View, cad: GripperCad) -> str:
-    """Angle and depth of a V, seen along the finger, behind its bottom."""
+def _opening_of_v(view: _View, m: _Measures, cad: GripperCad) -> str:
+    """Angle and depth of a V, beside the view along the finger."""
     if cad.spec.vee is None:
         return ""
-    tip = VTip(vee=cad.spec.vee, taper_rad=cad.spec.taper_rad)
-    at = view.at(tip.tip_mm + tip.vee.depth_mm, 0.0)
-    words = f"{tip.vee.degrees:.1f}° × {millimetres(tip.vee.depth_mm)}"
-    return text((at[0] + 1.0, at[1] + 1.1), words, anchor="start")
+    at = view.at(m.low[0], m.high[1])
+    return text((at[0], at[1] - 2.0), f"V {cad.spec.vee.degrees:.1f}° × {millimetres(cad.spec.vee.depth_mm)}", anchor="start")
 
 
 def _left_of(view: _View, m: _Measures, x_mm: float) -> float:

@@ -48,21 +48,24 @@ def bonding_notes(cad: GripperCad) -> list[str]:
     return [
         f"Pad: {bonded.pad.material}, {thickness} × {width} × {length}{_folded(cad)}; bond it over its whole face,",
         f"flush with tip and sides, with {bonded.adhesive}.",
-        "Seat of the pad: degreased, its corner to the base R0.3 at most."
-        if not _has_shoulder(cad)
-        else "Seat of the pad: degreased, its corner to the shoulder R0.3 at most; pad bevelled at both ends.",
+        f"Seat of the pad: degreased, its corner to the {'shoulder' if _has_shoulder(cad) else 'base'} R0.3 at most.",
+        *(["Pad bevelled at both ends."] if cad.spec.taper_rad else []),
         f"Holes are measured from {'x = 0' if _has_shoulder(cad) else 'the seat'}. Without pad: finger_bare.step.",
     ]
 
 
 def _v_notes(tip: VTip) -> list[str]:
     """The V, its taper, and which of its edges is nearest to the gripper's axis."""
-    where = {0: "all along", 1: "at the end", -1: "at the shoulder"}[(tip.taper_rad > 0.0) - (tip.taper_rad < 0.0)]
-    tapered = f", tapered by {abs(math.degrees(tip.taper_rad)):.1f}°" if tip.taper_rad else ""
+    where = {0: "all along", 1: "at the tip's end", -1: "at the shoulder"}[(tip.taper_rad > 0.0) - (tip.taper_rad < 0.0)]
+    tilt = math.degrees(tip.incline_rad), abs(math.degrees(tip.taper_rad))
+    inclined = (
+        [f"along it inclined by {tilt[0]:.1f}° to z, as a cone of half angle {tilt[1]:.1f}° asks;"] if tip.taper_rad else []
+    )
     return [
         f"Gripping surface: V of {tip.vee.degrees:.1f}°, {millimetres(tip.vee.depth_mm)} deep in every section along z, over "
-        f"{millimetres(tip.height_mm)}{tapered};",
-        f"its edges are nearest to the gripper's axis {where}, there x = 0; broken by 0.2 at most.",
+        f"{millimetres(tip.height_mm)},",
+        *inclined,
+        f"its edges at x = 0 {where}, broken by 0.2 at most.",
     ]
 
 
