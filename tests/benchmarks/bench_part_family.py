@@ -3,9 +3,9 @@
     python tests/benchmarks/bench_part_family.py [--segmenter best] [--friction 0.5] [--every 5] [--no-design]
 
 Each part is analysed, and put down on a plate: with the plan's own fitters and rules, with all that are built in, and with
-suction cups (`plugins/gripwright_vacuum`) beside them. The table names the kept primitives, the share of the surface that they
-explain, the volume error |V − V_hull| / V_hull of the segments by area (1 for a segment without a primitive), and the gripper that holds
-the part; then why a part is held with no plan, the sums, and how many grippers it takes.
+suction cups (`plugins/gripwright_vacuum`) beside them. The table names the kept primitives, the share of the surface that
+they explain, the volume error |V − V_hull| / V_hull of the segments by area (1 for a segment without a primitive), and the
+gripper that holds the part; then why a part is held with no plan, the sums, and how many grippers it takes.
 """
 
 import argparse
