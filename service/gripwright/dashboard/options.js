@@ -82,7 +82,7 @@ function fieldOf(name, schema, root, input = inputOf(name, schema, root)) {
   const label = element("label", name, {});
   input.id = `option-${name}`;
   label.htmlFor = input.id;
-  const help = element("small", [schema.description, limits(schema)].filter(Boolean).join("; "), { id: `help-${name}` });
+  const help = element("small", [schema.description?.replace(/\.$/, ""), limits(schema)].filter(Boolean).join("; "), { id: `help-${name}` });
   input.setAttribute("aria-describedby", help.id);
   const row = element("div", "", { class: "field" });
   row.append(label, input, help);
