@@ -19,11 +19,12 @@ from gripwright.design.holder import sized_hand
 from gripwright.design.holding import contact_radius_mm
 from gripwright.design.nearest_miss import closest_grasp
 from gripwright.design.places import Places, hopeless
+from gripwright.design.stages.keep import TIE, explained_mm2
 from gripwright.design.tapered_hand import taper_of, tapered
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import INTERNAL, SURFACE, FreeGrasp, Grasp, GripRequirement, NearestMiss, SegmentVerdict
-from gripwright.domain.shape import FloatArray, SegmentAnalysis
+from gripwright.domain.shape import FloatArray, Primitive, SegmentAnalysis
 from gripwright.domain.taper import taper_words
 from gripwright.plugin_api import GraspPlanner, HandModel, RunContext, grips_of
 
@@ -97,9 +98,9 @@ class SegmentSearch:
             if requirement.grip == SURFACE:  # every size of a face, for the set to choose from
                 if any(_is_of_size(free.grasp, requirement) for free in self.free):
                     continue
-            else:  # another primitive of the segment is asked only where the first cannot be held
+            else:  # a poorer primitive of the segment is asked only where the first cannot be held
                 held = any(free.grasp.grip != SURFACE for free in self.free)
-                settled = settled or (held and requirement.primitive is not self._requirements[0].primitive)
+                settled = settled or (held and not self._is_as_good_as_the_first(requirement.primitive))
                 if settled:
                     continue
             lacking = _not_in_plan(requirement, self._toolbox)
@@ -137,6 +138,13 @@ class SegmentSearch:
                 )
                 self._count += len(grasps)
                 self._found(requirement, free)
+
+    def _is_as_good_as_the_first(self, primitive: Primitive) -> bool:
+        """Whether as much of the segment lies on it as on the first: a box and a profile may say the same of a plate."""
+        first, mesh, segment = self._requirements[0].primitive, self._judge.held.component.mesh, self._analysis.segment
+        if primitive is first:
+            return True
+        return 0.0 < explained_mm2(primitive, segment, mesh) >= (1.0 - TIE) * explained_mm2(first, segment, mesh)
 
     @property
     def resolution(self) -> FloatArray:
