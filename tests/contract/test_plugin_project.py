@@ -20,7 +20,9 @@ TESTING = Path(__file__).parents[2] / "docs/plugins/testing.md"
 CRASHES = '''
 import ctypes
 
+import numpy as np
 from gripwright.domain.errors import Rejection
+from gripwright.domain.shape import Box
 from gripwright.plugin_api import API_VERSION, Manifest, Params, PluginEntry
 
 
@@ -67,6 +69,57 @@ manifest = Manifest(
     version="1.0", api_version=API_VERSION,
     plugins=tuple(
         PluginEntry(kind="fitter", key=c.key, target=f"{__name__}:{c.__name__}") for c in (Crashes, Hangs, Declines, Raises)
+    ),
+)
+'''
+
+SAMPLED = '''
+import numpy as np
+from gripwright.domain.errors import Rejection
+from gripwright.domain.shape import Box
+from gripwright.geometry.drawn import extruded
+from gripwright.plugin_api import API_VERSION, Manifest, Params, PluginEntry
+
+
+class Cubes:
+    """Fits a shape that no built-in sample has."""
+
+    key = "cubes"
+    params_model = Params
+
+    def __init__(self, params):
+        self.params = params
+
+    def fit(self, component, segment, ctx):
+        points = component.mesh.triangles_mm[segment.faces].reshape(-1, 3)
+        extents = np.ptp(points, axis=0)
+        if np.ptp(extents) > 1e-6 or not np.isclose(np.prod(extents), segment.hull_volume_mm3):
+            return Rejection("no-cube", "no cube along the axes")
+        X = np.eye(4)
+        X[:3, 3] = points.min(axis=0) + extents / 2.0
+        return Box(X_CB=X, extents_mm=extents, filled=np.ones(6), filled_min=0.5, rms_mm=0.0)
+
+
+class Untried(Cubes):
+    key = "untried"
+
+
+def cubes():
+    from gripwright.testing import Sample
+
+    square = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]])
+    return [Sample.of("cube", extruded(square, np.eye(4), 8.0))]
+
+
+def nothing():
+    raise LookupError("no cube at hand")
+
+
+manifest = Manifest(
+    version="1.0", api_version=API_VERSION,
+    plugins=(
+        PluginEntry(kind="fitter", key="cubes", target=f"{__name__}:Cubes", samples=f"{__name__}:cubes"),
+        PluginEntry(kind="fitter", key="untried", target=f"{__name__}:Untried", samples=f"{__name__}:nothing"),
     ),
 )
 '''
@@ -159,14 +212,27 @@ def test_checking_names_what_crashes_hangs_and_raises_and_goes_on(site):
     assert checked.returncode == 1, checked.stderr
     assert re.search(r"^fitter/crashes: fails\n  crash: its process ended with SIGSEGV during the checks$", checked.stdout, re.M)
     assert re.search(r"^fitter/hangs: fails\n  crash: its process raised, or did not come back within 2 s$", checked.stdout, re.M)
-    assert "fitter/declines: passes" in checked.stdout
+    assert "fitter/declines: fails\n  fits: none of 18 segments is answered with a primitive" in checked.stdout
     assert re.search(r"^fitter/raises: fails\n  answers: .* fit raises ValueError: no ball;", checked.stdout, re.M)
 
 
-def test_one_plugin_is_checked_by_its_key(site):
-    checked = run(site, "gripwright.cli", "plugins", "check", "declines", path=site)
+def test_plugins_are_checked_with_the_samples_that_their_manifest_names(site):
+    install(site, "gripwright-sampled", SAMPLED)
 
-    assert (checked.returncode, checked.stdout) == (0, "fitter/declines: passes\n")
+    checked = run(site, "gripwright.cli", "plugins", "check", path=site, allow=["gripwright-sampled"])
+
+    assert re.fullmatch(
+        r"fitter/cubes: passes\nfitter/untried: fails\n  samples: \w+:nothing raises LookupError: no cube at hand\n",
+        checked.stdout,
+    ), checked.stdout
+    assert checked.returncode == 1
+
+
+def test_one_plugin_is_checked_by_its_key(site):
+    checked = run(site, "gripwright.cli", "plugins", "check", "raises", path=site)
+
+    assert checked.returncode == 1
+    assert [line for line in checked.stdout.splitlines() if not line.startswith(" ")] == ["fitter/raises: fails"]
 
 
 def test_a_key_that_is_not_installed_is_refused(site):

@@ -14,6 +14,7 @@ from gripwright.domain.shape import Box, Segment
 from gripwright.geometry.drawn import primitive_mesh
 from gripwright.geometry.frames import rotation_z
 from gripwright.plugin_api import Params
+from gripwright.testing.primitives import centric_requirement
 from gripwright_builtin.fingers.concave import ConcaveFinger
 from gripwright_builtin.fingers.straight import StraightFinger
 from gripwright_builtin.hands.centric import CentricHand
@@ -112,6 +113,12 @@ class MovesTheMesh(Fitter):
     def fit(self, component, segment, ctx):
         component.mesh.vertices_mm[:] *= 1.001
         return super().fit(component, segment, ctx)
+
+
+@breaks("none of 18 segments is answered with a primitive, so json, unit, picture and scale have nothing to look at")
+class NeverFits(Fitter):
+    def fit(self, component, segment, ctx):
+        return Rejection("no-box", f"the surface of {segment.area_mm2:.0f} mm² is no box")
 
 
 @breaks("two runs of the same input and seed differ at extents_mm")
@@ -261,7 +268,18 @@ class AcceptsNothing(ThreeFingerCylinder):
     accepts = frozenset()
 
 
-@breaks("opening_width_mm is 0.02 for a primitive of 28.3 mm")
+@breaks("accepts cylinder: none of 4 sample primitives of that kind is answered with a requirement")
+class NeverAsks(ThreeFingerCylinder):
+    def apply(self, fit):
+        return Rejection("no-type", f"the {fit.kind} is held by nothing")
+
+
+@breaks("accepts marble: none of 0 sample primitives of that kind is answered with a requirement")
+class NeverAsked(ThreeFingerCylinder):
+    accepts = frozenset({"marble"})
+
+
+@breaks("opening_width_mm is 0.02 for a primitive of at most 28.3 mm")
 class OpensInMetres(ThreeFingerCylinder):
     def apply(self, fit):
         found = super().apply(fit)
@@ -419,3 +437,30 @@ class ForgetsMarks(PreferMakers):
 class NoKind(Basic):
     def work(self):
         return None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Marble:
+    """A shape that no built-in sample has, and that does not say what it looks like."""
+
+    radius_mm: float
+    rms_mm: float = 0.0
+    surface_filled: bool = True
+    kind: str = field(default="marble", init=False)
+
+    @property
+    def volume_mm3(self):
+        return 4.0 / 3.0 * np.pi * self.radius_mm**3
+
+    def to_dict(self):
+        return {"radius": self.radius_mm}
+
+
+class MarbleHolder(Basic):
+    """A rule for marbles that takes metres."""
+
+    accepts = frozenset({"marble"})
+
+    def apply(self, fit):
+        asked = centric_requirement(np.eye(4))
+        return [replace(asked, opening_width_mm=0.002 * fit.radius_mm, primitive=fit, rule=self.key)]

@@ -8,8 +8,8 @@ import subprocess
 import sys
 from collections.abc import Collection, Iterator, Sequence
 
-from gripwright.registry.discovery import load_registry
-from gripwright.testing import check_plugin
+from gripwright.registry.discovery import InstalledPlugin, PluginLoadError, load_registry, load_samples
+from gripwright.testing import Finding, check_plugin
 
 _PATIENCE = 4.0
 """A plug-in is given up after so many time limits of one check: code outside Python does not notice the limit itself."""
@@ -47,11 +47,19 @@ def main(request: str) -> None:
     asked = json.loads(request)
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
-    installed = {plugin.name: plugin.plugin for plugin in load_registry(allow=asked["allow"]).plugins}
+    installed = {plugin.name: plugin for plugin in load_registry(allow=asked["allow"]).plugins}
     for name in asked["names"]:
         faulthandler.dump_traceback_later(_PATIENCE * asked["time_limit_s"], exit=True)
-        findings = [str(finding) for finding in check_plugin(installed[name], time_limit_s=asked["time_limit_s"])]
+        findings = [str(finding) for finding in _findings(installed[name], asked["time_limit_s"])]
         print(json.dumps({"name": name, "findings": findings}), file=answers, flush=True)
+
+
+def _findings(plugin: InstalledPlugin, time_limit_s: float) -> list[Finding]:
+    try:
+        samples = load_samples(plugin)
+    except PluginLoadError as error:
+        return [Finding("samples", str(error))]
+    return check_plugin(plugin.plugin, samples=samples, time_limit_s=time_limit_s)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ _FILES = {
     "tests/test_{kind}.py": "tests.py",
 }
 """Path in the project → template."""
+_FITTER_FILES = {"src/{module}/samples.py": "samples.py"}
 
 
 def write_project(name: str, kind: str, out: Path) -> Path:
@@ -40,13 +41,19 @@ def write_project(name: str, kind: str, out: Path) -> Path:
         "plugin": f"{shape}Fitter" if kind == "fitter" else shape,
         "api_version": API_VERSION,
     }
-    own_primitive = f'primitives=("{words["module"]}.{kind}:{shape}",),'
-    words["primitives"] = f"\n            {own_primitive}" if kind == "fitter" else ""
+    of_fitter = {
+        "further": f"""
+            primitives=("{words["module"]}.fitter:{shape}",),
+            samples="{words["module"]}.samples:samples",""",
+        "import_samples": f"from {words['module']}.samples import samples\n",
+        "own_samples": ", samples=samples()",
+    }
+    words |= {name: text if kind == "fitter" else "" for name, text in of_fitter.items()}
     folder = out / distribution
     templates = files("gripwright.cli") / "project"
     try:
         folder.mkdir(parents=True)
-        for path, template in _FILES.items():
+        for path, template in (_FILES | (_FITTER_FILES if kind == "fitter" else {})).items():
             file = folder / path.format(**words)
             file.parent.mkdir(parents=True, exist_ok=True)
             text = (templates / f"{template.format(**words)}.txt").read_text(encoding="utf-8")
