@@ -144,19 +144,24 @@ def site(tmp_path, monkeypatch):
 
 
 def test_a_new_project_of_every_kind_passes_its_own_tests(tmp_path):
-    folders = {kind: write_project(f"my_{kind}", kind, tmp_path) for kind in KINDS}
+    folders = {kind: write_project(f"my_{kind}", [kind], tmp_path) for kind in KINDS}
+    folders["fitter and rule"] = write_project("pair", ["rule", "fitter"], tmp_path)
     sources = os.pathsep.join(str(folder / "src") for folder in folders.values())
 
-    tested = run(tmp_path, "pytest", "-q", "-rA", "-p", "no:cacheprovider", *map(str, folders.values()), path=sources)
+    options = ("-q", "-rA", "-p", "no:cacheprovider", "--import-mode", "importlib", "--rootdir", str(tmp_path))
+    tested = run(tmp_path, "pytest", *options, *map(str, folders.values()), path=sources)
 
     assert tested.returncode == 0, tested.stdout
     for kind in KINDS:
-        assert len(re.findall(rf"^PASSED .*test_{kind}\.py::", tested.stdout, re.M)) > len(checks_for(kind))
+        of_kind = rf"^PASSED gripwright-my-{kind}/tests/test_{kind}\.py::"
+        assert len(re.findall(of_kind, tested.stdout, re.M)) > len(checks_for(kind))
+        of_pair = rf"^PASSED gripwright-pair/tests/test_{kind}\.py::"
+        assert bool(re.search(of_pair, tested.stdout, re.M)) == (kind in ("fitter", "rule"))
     assert not [file for file in tmp_path.rglob("*.*") if file.is_file() and b"$" in file.read_bytes() and file.suffix != ".pyc"]
 
 
 def test_the_page_on_testing_names_what_a_new_fitter_has(tmp_path):
-    folder = write_project("ball", "fitter", tmp_path)
+    folder = write_project("ball", ["fitter"], tmp_path)
     source = (folder / "src/gripwright_ball/fitter.py").read_text(encoding="utf-8")
 
     imported = re.findall(r"^from gripwright_ball.fitter import (.+)$", TESTING.read_text(encoding="utf-8"), re.M)
@@ -167,7 +172,7 @@ def test_the_page_on_testing_names_what_a_new_fitter_has(tmp_path):
 
 
 def test_a_second_plugin_in_the_manifest_breaks_no_test_of_a_new_project(tmp_path):
-    folder = write_project("ball", "fitter", tmp_path)
+    folder = write_project("ball", ["fitter"], tmp_path)
     module = folder / "src/gripwright_ball/__init__.py"
     second = '        PluginEntry(kind="rule", key="two_finger_ball", target="gripwright_ball.rule:TwoFingerBall"),\n'
     module.write_text(module.read_text(encoding="utf-8").replace("    plugins=(\n", f"    plugins=(\n{second}"), encoding="utf-8")
@@ -179,23 +184,31 @@ def test_a_second_plugin_in_the_manifest_breaks_no_test_of_a_new_project(tmp_pat
 
 
 def test_a_project_is_not_written_over_another(tmp_path):
-    write_project("ball", "fitter", tmp_path)
+    write_project("ball", ["fitter"], tmp_path)
 
     with pytest.raises(Conflict, match="exists already"):
-        write_project("ball", "rule", tmp_path)
+        write_project("ball", ["rule"], tmp_path)
 
 
 @pytest.mark.parametrize("name", ["Ball", "a-ball", "../ball", "1ball", "_ball", "ball_", "", "b" * 41, "ball\n"])
 def test_a_name_that_is_no_key_is_refused(name, tmp_path):
     with pytest.raises(InvalidInput, match="no name for a plug-in"):
-        write_project(name, "fitter", tmp_path)
+        write_project(name, ["fitter"], tmp_path)
 
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_kind_that_there_is_not_is_refused(tmp_path):
     with pytest.raises(InvalidInput, match="kinds are segmenter, fitter"):
-        write_project("ball", "fitters", tmp_path)
+        write_project("ball", ["fitters"], tmp_path)
+
+
+@pytest.mark.parametrize("kinds", [["fitter", "hand"], ["fitter", "fitter"], ["fitter", "rule", "hand"]])
+def test_of_several_kinds_only_a_fitter_and_its_rule_are_begun_together(kinds, tmp_path):
+    with pytest.raises(InvalidInput, match=f"only fitter and rule are begun together, not {', '.join(kinds)}"):
+        write_project("ball", kinds, tmp_path)
+
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_command_writes_a_project_and_says_where(tmp_path):
