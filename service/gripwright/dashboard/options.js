@@ -134,8 +134,11 @@ function showChosen() {
   const all = new Set(); // kinds of which some other word than a key was given, that stands for several
   for (const input of dialog.querySelectorAll("[data-chooses]")) {
     const kind = input.dataset.chooses;
-    if (input.type !== "checkbox" && !known.items.some((plugin) => plugin.kind === kind && plugin.name === input.value)) all.add(kind);
-    if (input.type !== "checkbox" || input.checked) chosen.add(`${kind}/${input.value}`);
+    if (input.type === "checkbox" && !input.checked) continue;
+    for (const key of input.value.split(",").map((word) => word.trim()).filter(Boolean)) {
+      if (!known.items.some((plugin) => plugin.kind === kind && plugin.name === key)) all.add(kind);
+      chosen.add(`${kind}/${key}`);
+    }
   }
   for (const section of dialog.querySelectorAll("[data-key]")) {
     section.hidden = !all.has(section.dataset.kind) && !chosen.has(`${section.dataset.kind}/${section.dataset.key}`);

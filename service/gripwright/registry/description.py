@@ -4,12 +4,12 @@ import json
 import subprocess
 import sys
 from collections.abc import Collection, Mapping
-from math import inf
 from typing import Any, TypedDict
 
 from gripwright.design.plan import Plan, plan_of
 from gripwright.domain.errors import Fault, InvalidPlan, PluginFailure
 from gripwright.registry.discovery import InstalledPlugin, Registry
+from gripwright.registry.parameters import schema_faults
 from gripwright.registry.plans import effective_plan, plan_faults
 
 LOADING = "loading "
@@ -86,7 +86,7 @@ def check_options(options: Mapping[str, Any], description: RegistryDescription) 
     """The plan of options as given, checked against what is installed. InvalidPlan names every fault at its place."""
     plan = effective_plan(plan_of(options))
     schemas = {(plugin["kind"], plugin["key"]): plugin["options"] for plugin in description["plugins"]}
-    faults = plan_faults(plan, schemas, lambda kind, key, params: _schema_faults(schemas[kind, key], params))
+    faults = plan_faults(plan, schemas, lambda kind, key, params: schema_faults(schemas[kind, key], params))
     if faults:
         placed = tuple(Fault(pointer=_as_given(fault.pointer, options), message=fault.message) for fault in faults)
         raise InvalidPlan("the plan cannot be run with what is installed", faults=placed)
@@ -111,20 +111,3 @@ def _describe(plugin: InstalledPlugin) -> PluginDescription:
         options=plugin.plugin.params_model.model_json_schema(),
         warnings=list(plugin.warnings),
     )
-
-
-def _schema_faults(schema: dict[str, Any], params: dict[str, Any]) -> list[tuple[str, str]]:
-    from jsonschema import Draft202012Validator
-
-    unreal = [(name, f"{value} is not a number") for name, value in params.items() if value != value or value in (inf, -inf)]
-    errors = sorted(Draft202012Validator(schema).iter_errors(params), key=lambda error: list(map(str, error.absolute_path)))
-    return unreal + [
-        (name, error.message) for error in errors for name in _names(error.validator, list(error.absolute_path), params, schema)
-    ]
-
-
-def _names(validator: str, path: list[str | int], params: dict[str, Any], schema: dict[str, Any]) -> list[str]:
-    """Which parameters an error is about: its path, or the unknown names, which the schema reports at their parent."""
-    if validator == "additionalProperties" and not path:
-        return sorted(set(params) - set(schema.get("properties", {})))
-    return ["/".join(str(part) for part in path)]
