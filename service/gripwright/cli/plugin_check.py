@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Collection, Iterator, Sequence
 
+from gripwright.cli.compiling import tell_compiling
 from gripwright.registry.discovery import InstalledPlugin, PluginLoadError, load_registry, load_samples
 from gripwright.testing import Finding, check_plugin
 
@@ -25,7 +26,7 @@ def findings_in_children(
     while waiting:
         request = {"names": waiting, "allow": None if allow is None else sorted(allow), "time_limit_s": time_limit_s}
         command = [sys.executable, "-m", "gripwright.cli.plugin_check", json.dumps(request)]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as child:
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:
             assert child.stdout is not None
             for line in child.stdout:
                 found = json.loads(line)
@@ -43,10 +44,13 @@ def _ending(code: int, time_limit_s: float) -> str:
 
 
 def main(request: str) -> None:
-    """Check the plug-ins that a request names; one line of JSON each. What they print themselves goes to standard error."""
+    """Check the plug-ins that a request names; one line of JSON each. What they print themselves is not shown."""
     asked = json.loads(request)
-    answers = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)
+    answers, errors = os.fdopen(os.dup(1), "w"), os.fdopen(os.dup(2), "w")
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(nowhere, stream)
+    tell_compiling(lambda message: print(message, file=errors, flush=True))
     installed = {plugin.name: plugin for plugin in load_registry(allow=asked["allow"]).plugins}
     for name in asked["names"]:
         faulthandler.dump_traceback_later(_PATIENCE * asked["time_limit_s"], exit=True)

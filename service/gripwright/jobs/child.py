@@ -43,7 +43,8 @@ _SHORTAGES = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EMFILE, 
 # Children share the cores among themselves; threads of the linear algebra inside each would only get in each other's way.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 _FORKED = multiprocessing.get_context("forkserver")
-_FORKED.set_forkserver_preload(["gripwright.jobs.preload"])
+_PRELOADED = "gripwright.jobs.preload"
+_FORKED.set_forkserver_preload([_PRELOADED])
 _FRESH = multiprocessing.get_context("spawn")
 
 
@@ -86,6 +87,11 @@ class Refused(GripwrightError):
 def is_shortage(error: OSError) -> bool:
     """Whether the machine, not the work, is the reason: a full disk, too many open files."""
     return error.errno in _SHORTAGES
+
+
+def import_first(module: str) -> None:
+    """Have the server that children are forked from import a module before everything heavy; it must not run yet."""
+    _FORKED.set_forkserver_preload([module, _PRELOADED])
 
 
 def preload() -> None:
