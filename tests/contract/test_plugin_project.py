@@ -171,18 +171,6 @@ def test_the_page_on_testing_names_what_a_new_fitter_has(tmp_path):
     assert names <= set(re.findall(r"^class (\w+)", source, re.M))
 
 
-def test_a_second_plugin_in_the_manifest_breaks_no_test_of_a_new_project(tmp_path):
-    folder = write_project("ball", ["fitter"], tmp_path)
-    module = folder / "src/gripwright_ball/__init__.py"
-    second = '        PluginEntry(kind="rule", key="two_finger_ball", target="gripwright_ball.rule:TwoFingerBall"),\n'
-    module.write_text(module.read_text(encoding="utf-8").replace("    plugins=(\n", f"    plugins=(\n{second}"), encoding="utf-8")
-
-    tested = run(tmp_path, "pytest", "-q", "-k", "manifest", "-p", "no:cacheprovider", str(folder), path=folder / "src")
-
-    assert tested.returncode == 0, tested.stdout
-    assert "1 passed" in tested.stdout
-
-
 def test_a_project_is_not_written_over_another(tmp_path):
     write_project("ball", ["fitter"], tmp_path)
 

@@ -9,8 +9,8 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from gripwright.cli.options import options_of
 from gripwright.design.plan import plan_of
-from gripwright.jobs.child import import_first
 from gripwright.jobs.engine import OnProgress
+from gripwright.jobs.fork_server import import_first
 from gripwright.jobs.local import LocalRunner
 from gripwright.jobs.steps import STAGES_AT, Workshop
 from gripwright.settings import Settings

@@ -44,7 +44,10 @@ class RegistryDescription(TypedDict):
 
 
 class RegistryUnreadable(PluginFailure):
-    """The child process that lists the plug-ins ended badly; a plug-in crashes at import, or strict loading failed."""
+    """The child process that lists the plug-ins ended badly; a plug-in crashes at import, or strict loading failed.
+
+    `distribution` in the context is the one that was loaded.
+    """
 
 
 def describe(registry: Registry) -> RegistryDescription:
@@ -68,18 +71,19 @@ def describe_in_child(
         run = subprocess.run(command, capture_output=True, text=True, timeout=timeout_s, check=False)
     except subprocess.TimeoutExpired as expired:
         printed = expired.stdout.decode(errors="replace") if isinstance(expired.stdout, bytes) else expired.stdout or ""
-        raise RegistryUnreadable(f"listing the plug-ins took more than {timeout_s:.0f} s{_while_loading(printed)}") from None
+        raise _unreadable(f"took more than {timeout_s:.0f} s", printed) from None
     if run.returncode != 0:
         last = run.stderr.strip().splitlines()[-1:] or ["no message"]
-        raise RegistryUnreadable(f"listing the plug-ins ended with code {run.returncode}{_while_loading(run.stdout)}: {last[0]}")
+        raise _unreadable(f"ended with code {run.returncode}", run.stdout, f": {last[0]}")
     description: RegistryDescription = json.loads(run.stdout.splitlines()[-1])
     return description
 
 
-def _while_loading(printed: str) -> str:
-    """Which distribution was loaded last, in words."""
+def _unreadable(what: str, printed: str, last: str = "") -> RegistryUnreadable:
+    """What happened, and while which distribution was loaded."""
     lines = [line.removeprefix(LOADING) for line in printed.splitlines() if line.startswith(LOADING)]
-    return f" while {lines[-1]} was loaded" if lines else ""
+    loading = f" while {lines[-1]} was loaded" if lines else ""
+    return RegistryUnreadable(f"listing the plug-ins {what}{loading}{last}", distribution=lines[-1] if lines else None)
 
 
 def check_options(options: Mapping[str, Any], description: RegistryDescription) -> Plan:
