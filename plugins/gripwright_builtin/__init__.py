@@ -127,8 +127,20 @@ manifest = Manifest(
         ),
         PluginEntry(
             kind="rule",
+            key="four_finger_cone",
+            target=f"{_SHAPES}.hold_tapered:FourFingerCone",
+            samples=f"{_SHAPES}.samples:cones",
+        ),
+        PluginEntry(
+            kind="rule",
             key="two_finger_pyramid",
             target=f"{_SHAPES}.hold_tapered:TwoFingerPyramid",
+            samples=f"{_SHAPES}.samples:pyramids",
+        ),
+        PluginEntry(
+            kind="rule",
+            key="three_finger_pyramid",
+            target=f"{_SHAPES}.hold_tapered:ThreeFingerPyramid",
             samples=f"{_SHAPES}.samples:pyramids",
         ),
         PluginEntry(

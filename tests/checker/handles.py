@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from checker.fault import Fault, Limits
 from checker.gripper import Gripper, finger_pose
 from checker.motion import Screw, nearest_approach, screws
 from checker.package import Body, Operation, Package
-from checker.shapes import Array, Shape, box_corners, placed
+from checker.shapes import Array, Shape, placed
 
 FLUSH_MM = 0.01  # lying flush is not entering
 GIVING_WAY_MM = (FLUSH_MM, 0.05, 0.2, 1.0)
@@ -65,10 +66,31 @@ class Scene:
             obstacles=[body.in_product for body in package.obstacles(operation)],
         )
 
-    def surroundings(self, displacement: Array) -> list[trimesh.Trimesh]:
-        """Everything but the held component, in the gripper frame, with the active subassembly displaced."""
-        to_hand = np.linalg.inv(displacement @ self.hand_in_product)
-        return self.companions + [placed(solid, to_hand) for solid in self.passive + self.obstacles]
+    @cached_property
+    def held_shape(self) -> Shape:
+        """The component, gripper frame."""
+        return Shape([self.held])
+
+    @cached_property
+    def moved_along(self) -> Shape | None:
+        """The other active components, gripper frame."""
+        return Shape(self.companions) if self.companions else None
+
+    @cached_property
+    def passive_shape(self) -> Shape | None:
+        """The passive subassembly, product frame."""
+        return Shape(self.passive) if self.passive else None
+
+    @cached_property
+    def obstacles_shape(self) -> Shape | None:
+        """Product frame."""
+        return Shape(self.obstacles) if self.obstacles else None
+
+    def around(self, displacement: Array) -> list[tuple[Shape, Array]]:
+        """Everything but the held component, each with the gripper's pose in its frame, the active subassembly displaced."""
+        hand_in_product = displacement @ self.hand_in_product
+        places = ((self.moved_along, np.eye(4)), (self.passive_shape, hand_in_product), (self.obstacles_shape, hand_in_product))
+        return [(shape, pose) for shape, pose in places if shape]
 
 
 def check_handle(gripper: Gripper, handle: dict[str, Any], package: Package, limits: Limits) -> Iterator[Fault]:
@@ -114,10 +136,9 @@ def _cut_to(mesh: trimesh.Trimesh, box: Array) -> trimesh.Trimesh | None:
 
 def _enter(scene: Scene) -> Iterator[Finding]:
     """The gripper, giving way by as little as flush contact needs, meets no active component."""
-    for name, solids in (("the component", [scene.held]), ("another active component", scene.companions)):
-        if not solids:
+    for name, active in (("the component", scene.held_shape), ("another active component", scene.moved_along)):
+        if not active:
             continue
-        active = Shape(solids)
         freed = next((give for give in GIVING_WAY_MM if not _meets(scene, active, give)), None)
         if freed != FLUSH_MM:
             depth = f"up to {freed}" if freed else f"over {GIVING_WAY_MM[-1]}"
@@ -138,10 +159,10 @@ def _clear(scene: Scene, limits: Limits) -> Iterator[Finding]:
     hand = Shape([placed(solid, scene.hand_in_product) for solid in scene.gripper.solids(scene.width_mm)])
     motion = screws(scene.operation.displacements)
     measured: list[float] = []
-    for name, solids in (("the passive subassembly", scene.passive), ("an obstacle", scene.obstacles)):
-        if not solids:
+    for name, standing in (("the passive subassembly", scene.passive_shape), ("an obstacle", scene.obstacles_shape)):
+        if not standing:
             continue
-        nearest = nearest_approach(hand, Shape(solids), motion, limits.margin, GAP_ACCURACY, limits.finer)
+        nearest = nearest_approach(hand, standing, motion, limits.margin, GAP_ACCURACY, limits.finer)
         measured.append(nearest.distance_mm)
         if nearest.is_nearer(limits.margin):
             how = "inside" if nearest.inside else f"{nearest.distance_mm:.3f} mm from"
@@ -157,30 +178,36 @@ def _clear(scene: Scene, limits: Limits) -> Iterator[Finding]:
 
 def _leave(scene: Scene, promise: str, displacement: Array, finer: int) -> Iterator[Finding]:
     """Opened to the release opening, the gripper withdraws along -z past everything and touches nothing."""
-    around = scene.surroundings(displacement)
+    around = scene.around(displacement)
     yield from _opening(scene, promise, around, finer)
-    lowest = box_corners([scene.held, *around])[0, 2]
-    way = [Screw.straight(np.array([0.0, 0.0, min(lowest, 0.0) - 1.0]))]
+    lowest = min([scene.held.bounds[0, 2], *(_lowest(shape, pose) for shape, pose in around)])
+    back = np.array([0.0, 0.0, min(lowest, 0.0) - 1.0])
     hand = Shape(scene.gripper.solids(scene.release_mm))
-    for name, solids in (("the component", [scene.held]), ("something standing around", around)):
-        if not solids:
-            continue
-        nearest = nearest_approach(hand, Shape(solids), way, TOUCH_GAP_MM, 1.0, finer)
+    standing = [("the component", scene.held_shape, np.eye(4))]
+    standing += [("something standing around", shape, pose) for shape, pose in around]
+    for name, shape, pose in standing:
+        nearest = nearest_approach(hand, shape, [Screw.straight(back, pose)], TOUCH_GAP_MM, 1.0, finer)
         if nearest.is_nearer(TOUCH_GAP_MM):
             how = "inside" if nearest.inside else f"{nearest.distance_mm:.3f} mm from"
-            back = -nearest.progress * way[0].twist[5]
-            yield promise, f"opened to {scene.release_mm:.3f} mm, {back:.1f} mm back, the gripper comes {how} {name}"
+            way_mm = -nearest.progress * back[2]
+            yield promise, f"opened to {scene.release_mm:.3f} mm, {way_mm:.1f} mm back, the gripper comes {how} {name}"
 
 
-def _opening(scene: Scene, promise: str, around: list[trimesh.Trimesh], finer: int) -> Iterator[Finding]:
+def _lowest(shape: Shape, hand_pose: Array) -> float:
+    """The least z of a shape in the gripper's frame."""
+    return float(((shape.vertices - hand_pose[:3, 3]) @ hand_pose[:3, 2]).min())
+
+
+def _opening(scene: Scene, promise: str, around: list[tuple[Shape, Array]], finer: int) -> Iterator[Finding]:
     """Each finger's own way from the grip to the release opening."""
-    held, others = Shape([scene.held]), Shape(around) if around else None
     travel = (scene.release_mm - scene.width_mm) / 2
     for i, angle in enumerate(scene.gripper.angles_rad, start=1):
         finger = Shape([placed(scene.gripper.finger, finger_pose(angle, scene.width_mm))])
-        way = Screw.straight(travel * np.array([np.cos(angle), np.sin(angle), 0.0]))
-        if others and nearest_approach(finger, others, [way], TOUCH_GAP_MM, 1.0, finer).is_nearer(TOUCH_GAP_MM):
+        out = travel * np.array([np.cos(angle), np.sin(angle), 0.0])
+        ways = [(shape, Screw.straight(out, pose)) for shape, pose in around]
+        if any(nearest_approach(finger, shape, [way], TOUCH_GAP_MM, 1.0, finer).is_nearer(TOUCH_GAP_MM) for shape, way in ways):
             yield promise, f"finger {i} runs into something standing around while it opens"
+        way = Screw.straight(out)
         times = np.linspace(0, 1, 2 + finer * int(abs(travel) / 0.1))[1:]
-        if any(finger.distance(held, way.displacement(t)) == 0 for t in times):
+        if any(finger.distance(scene.held_shape, way.displacement(t)) == 0 for t in times):
             yield promise, f"finger {i} runs into the component while it opens"

@@ -26,8 +26,10 @@ class Screw:
         return cls(start, RigidTransform.from_matrix(end @ np.linalg.inv(start)).as_exp_coords())
 
     @classmethod
-    def straight(cls, way: Array) -> Screw:
-        return cls(np.eye(4), np.concatenate([np.zeros(3), way]))
+    def straight(cls, way: Array, start: Array | None = None) -> Screw:
+        """Along a way in the moving frame, from where that stands."""
+        start = np.eye(4) if start is None else start
+        return cls(start, np.concatenate([np.zeros(3), start[:3, :3] @ way]))
 
     def displacement(self, t: float) -> Array:
         """The 4×4 displacement at time t."""

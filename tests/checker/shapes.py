@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -30,12 +30,6 @@ def load_mesh(path: Path, units: str = "mm") -> trimesh.Trimesh:
 def placed(mesh: trimesh.Trimesh, pose: Array) -> trimesh.Trimesh:
     """A copy of the mesh at the pose."""
     return trimesh.Trimesh(mesh.vertices @ pose[:3, :3].T + pose[:3, 3], mesh.faces, process=False)
-
-
-def box_corners(meshes: Iterable[trimesh.Trimesh]) -> Array:
-    """Lower and upper corner of the box around all of them, (2, 3)."""
-    bounds = np.array([mesh.bounds for mesh in meshes])  # (n, 2, 3)
-    return np.array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
 
 
 def winding_numbers(points: Array, mesh: trimesh.Trimesh) -> Array:

@@ -22,12 +22,21 @@ from gripwright_builtin.hands.prism import HandSettings
 from gripwright_builtin.planners.axial import AxialPlanner, AxialSettings
 from gripwright_builtin.planners.facet_pairs import FacetPairPlanner, FacetPairSettings
 from gripwright_builtin.shapes.cone import Cone
-from gripwright_builtin.shapes.hold_tapered import FourFingerPyramid, TaperSettings, ThreeFingerCone, TwoFingerPyramid
+from gripwright_builtin.shapes.hold_tapered import (
+    FourFingerCone,
+    FourFingerPyramid,
+    TaperSettings,
+    ThreeFingerCone,
+    ThreeFingerPyramid,
+    TwoFingerPyramid,
+)
 from gripwright_builtin.shapes.plan_tapered import TaperedPlanner, TaperedSettings
 from gripwright_builtin.shapes.pyramid import Pyramid
 from mesh_factory import component_of, mesh_of, moved
 
-CONE_RULE, PAIR_RULE, FOUR_RULE = (rule(TaperSettings()) for rule in (ThreeFingerCone, TwoFingerPyramid, FourFingerPyramid))
+CONE_RULE, FOUR_CONE_RULE, PAIR_RULE, THREE_RULE, FOUR_RULE = (
+    rule(TaperSettings()) for rule in (ThreeFingerCone, FourFingerCone, TwoFingerPyramid, ThreeFingerPyramid, FourFingerPyramid)
+)
 HANDS: dict[str, HandModel] = {
     CENTRIC_3: CentricHand(CentricSettings()),
     CENTRIC_4: FourFingerHand(CentricSettings()),
@@ -90,6 +99,22 @@ def test_a_pyramid_is_held_across_opposite_sides_and_a_square_one_by_four_finger
     assert four.grip_axes_C.shape == (0, 3)
 
 
+@pytest.mark.parametrize(("sides", "filled", "first"), [(3, None, [0.0]), (6, None, [0.0, 60.0]), (6, 3, [0.0])])
+def test_three_fingers_stand_on_every_side_that_is_filled_120_degrees_apart(
+    sides: int, filled: int | None, first: list[float]
+) -> None:
+    fit = pyramid(10.0, sides=sides, filled=np.array([float(k != filled) for k in range(sides)]))
+    need = asked(THREE_RULE, fit)[0]
+
+    component = component_of(mesh_of(manifold3d.Manifold.cube((1.0, 1.0, 1.0))))  # a pyramid's sides are its own
+    segment = Segment(id=0, faces=np.arange(12), area_mm2=6.0, hull_volume_mm3=1.0)
+    grasps = TaperedPlanner(TaperedSettings()).plan(component, segment, need, tapered(HANDS[CENTRIC_3], -0.2), RunContext())
+
+    assert need.gripper_type == CENTRIC_3
+    turns = {round(float(np.degrees(np.arctan2(*grasp.X_CG[1::-1, 0])))) % 360 for grasp in grasps}
+    assert turns == {round(degrees) for degrees in first}
+
+
 def test_sides_that_are_not_filled_are_not_gripped() -> None:
     (need, _) = asked(PAIR_RULE, pyramid(10.0, filled=np.array([1.0, 1.0, 0.3, 0.9])))
 
@@ -108,11 +133,17 @@ def test_sides_that_are_not_filled_are_not_gripped() -> None:
             pyramid(10.0, filled=np.array([0.5, 0.2, 1.0, 1.0])),
             "no pair of opposite sides of the pyramid is filled: the best to 50.0 %, at least 60.0 % needed",
         ),
-        (FOUR_RULE, pyramid(10.0, sides=6), "a pyramid of 6 sides has none at all four quarters"),
+        (FOUR_RULE, pyramid(10.0, sides=6), "a pyramid of 6 sides has not one every 90°"),
+        (THREE_RULE, pyramid(10.0), "a pyramid of 4 sides has not one every 120°"),
+        (
+            THREE_RULE,
+            pyramid(10.0, sides=6, filled=np.array([0.5, 0.4, 1.0, 1.0, 1.0, 1.0])),
+            "one of 3 sides of the pyramid is filled to 50.0 %, at least 60.0 % needed",
+        ),
         (
             FOUR_RULE,
             pyramid(10.0, filled=np.array([0.5, 1.0, 1.0, 1.0])),
-            "one of four sides of the pyramid is filled to 50.0 %, at least 60.0 % needed",
+            "one of 4 sides of the pyramid is filled to 50.0 %, at least 60.0 % needed",
         ),
     ],
 )
@@ -140,7 +171,13 @@ def solid(fit: Cone | Pyramid, degrees: float, X: FloatArray, sections: int) -> 
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize(
     ("rule", "make", "sections"),
-    [(CONE_RULE, cone, 192), (CONE_RULE, cone, 24), (PAIR_RULE, pyramid, 0), (FOUR_RULE, pyramid, 0)],
+    [
+        (CONE_RULE, cone, 192),
+        (CONE_RULE, cone, 24),
+        (FOUR_CONE_RULE, cone, 192),
+        (PAIR_RULE, pyramid, 0),
+        (FOUR_RULE, pyramid, 0),
+    ],
 )
 def test_planned_grasps_touch_the_flanks_from_both_ends_in_any_pose(rule: Any, make: Any, sections: int, seed: int) -> None:
     X, degrees = turned_pose(seed), 12.0

@@ -1,11 +1,11 @@
-"""What no finger bears is given up for its grip alone."""
+"""What no finger bears is given up for its kind of fingers alone."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from gripwright.design.barred import without_barred
+from gripwright.design.barred import fingers_kind, without_barred
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, INTERNAL, FreeGrasp, Grasp, Hold, OperationVerdict, SegmentVerdict
 
 
@@ -38,6 +38,19 @@ def test_a_force_barred_for_one_grip_leaves_the_other_grip_alone(limit_N: float,
 
     assert [(one.grasp.grip, one.hold.required_force_N) for one in kept.free] == left
     assert kept.rejection is None
+
+
+def test_a_force_barred_for_one_taper_leaves_other_tips_alone() -> None:
+    straight, towards = free(EXTERNAL, 80.0), free(EXTERNAL, 80.0)
+    tapered = replace(towards, grasp=replace(towards.grasp, taper_rad=-0.1))
+    segment = SegmentVerdict(segment=0, requirement=None, grasps_planned=2, free=(straight, tapered), rejection=None)
+    verdict = OperationVerdict(operation="op-01", components={"ring": (segment,)}, warnings=(), timings={})
+
+    for grasp, other in ((straight, tapered), (tapered, straight)):
+        barred = {fingers_kind(EXTERNAL, grasp.grasp.taper_rad): {"force": 10.0, "detail": "too weak"}}
+        (kept,) = without_barred(verdict, barred).components["ring"]
+
+        assert kept.free == (other,)
 
 
 def test_nothing_barred_changes_nothing() -> None:

@@ -37,6 +37,7 @@ class ThreeFingerCone:
     key: ClassVar[str] = "three_finger_cone"
     params_model: ClassVar[type[Params]] = TaperSettings
     accepts: ClassVar[frozenset[str]] = frozenset({"cone"})
+    gripper_type: ClassVar[str] = CENTRIC_3
 
     def __init__(self, params: TaperSettings) -> None:
         self._params = params
@@ -48,7 +49,14 @@ class ThreeFingerCone:
         if fit.internal:
             return Rejection(_NO_TYPE, "the cone is a bore, tapered tips hold from outside")
         mean_mm = fit.radius_mm + fit.radius_top_mm
-        return _requirements(fit, CENTRIC_3, mean_mm, np.zeros((0, 3)), self._params, self.key)
+        return _requirements(fit, self.gripper_type, mean_mm, np.zeros((0, 3)), self._params, self.key)
+
+
+class FourFingerCone(ThreeFingerCone):
+    """The same for a centric gripper of four fingers."""
+
+    key: ClassVar[str] = "four_finger_cone"
+    gripper_type: ClassVar[str] = CENTRIC_4
 
 
 class TwoFingerPyramid:
@@ -81,29 +89,42 @@ class TwoFingerPyramid:
         return _requirements(fit, PARALLEL_2, _mean_mm(fit), fit.sides_C[pairs], self._params, self.key)
 
 
-class FourFingerPyramid:
-    """Select a centric gripper of four fingers with tips tapered like a square pyramid, one on each side."""
+class ThreeFingerPyramid:
+    """Select a centric gripper of three fingers with tips tapered like a pyramid of 3 or 6 sides, on every one or every other."""
 
-    key: ClassVar[str] = "four_finger_pyramid"
+    key: ClassVar[str] = "three_finger_pyramid"
     params_model: ClassVar[type[Params]] = TaperSettings
     accepts: ClassVar[frozenset[str]] = frozenset({"pyramid"})
+    fingers: ClassVar[int] = 3
+    gripper_type: ClassVar[str] = CENTRIC_3
 
     def __init__(self, params: TaperSettings) -> None:
         self._params = params
 
     def apply(self, fit: Primitive) -> Sequence[GripRequirement] | Rejection:
-        """A requirement an end; `no-type` where it has not four filled sides, or eight, or is too steep."""
+        """A requirement an end; `no-type` where no filled side stands at each finger, or where it is too steep."""
         refused = _unsuitable(fit)
         if refused is not None:
             return refused
         assert isinstance(fit, Pyramid)
-        if fit.sides % 4:
-            return Rejection(_NO_TYPE, f"a pyramid of {fit.sides} sides has none at all four quarters")
-        least, needed = float(fit.filled[:: fit.sides // 4].min()), fit.filled_min
-        if least < needed:
-            detail = f"one of four sides of the pyramid is filled to {100 * least:.1f} %, at least {100 * needed:.1f} % needed"
-            return Rejection(_NO_TYPE, detail)
-        return _requirements(fit, CENTRIC_4, _mean_mm(fit), np.zeros((0, 3)), self._params, self.key)
+        if fit.sides % self.fingers:
+            return Rejection(_NO_TYPE, f"a pyramid of {fit.sides} sides has not one every {360 // self.fingers}°")
+        emptiest = fit.filled.reshape(self.fingers, -1).min(axis=0)  # of the sides that fingers stand on, by the first of them
+        if emptiest.max() < fit.filled_min:
+            return Rejection(
+                _NO_TYPE,
+                f"one of {self.fingers} sides of the pyramid is filled to {100 * emptiest.max():.1f} %, "
+                f"at least {100 * fit.filled_min:.1f} % needed",
+            )
+        return _requirements(fit, self.gripper_type, _mean_mm(fit), np.zeros((0, 3)), self._params, self.key)
+
+
+class FourFingerPyramid(ThreeFingerPyramid):
+    """The same for four fingers on a pyramid of 4 or 8 sides."""
+
+    key: ClassVar[str] = "four_finger_pyramid"
+    fingers: ClassVar[int] = 4
+    gripper_type: ClassVar[str] = CENTRIC_4
 
 
 def _unsuitable(fit: Primitive) -> Rejection | None:

@@ -81,8 +81,8 @@ class TaperedPlanner:
         """Directions of finger 1, the angle of each, and how far it stands for those beside it."""
         held = requirement.primitive
         if isinstance(held, Pyramid):
-            axes = requirement.grip_axes_C if len(requirement.grip_axes_C) else held.side_C[None]
-            return [(x, 2.0 * np.pi * k / held.sides, None) for k, x in enumerate(axes)]
+            axes = requirement.grip_axes_C if len(requirement.grip_axes_C) else _first_sides(held, fingers)
+            return [(x, float(np.arctan2(held.axis_C @ np.cross(held.side_C, x), held.side_C @ x)), None) for x in axes]
         assert isinstance(held, Cone)
         x, step = any_perpendicular(held.axis_C), float(np.radians(self._params.rotation_step))
         tilt = float(np.sin(held.half_angle_rad))
@@ -102,6 +102,12 @@ class TaperedPlanner:
             along = min(depth, taper.height_mm)  # as high stand tip and flank side by side
             at_end = flank.half_mm + flank.growth * depth - taper.tip_mm
             yield depth, 2.0 * max(at_end, at_end + along * (slope - flank.growth))
+
+
+def _first_sides(held: Pyramid, fingers: int) -> FloatArray:
+    """Where finger 1 of a centric gripper may stand: (k, 3), so that every finger has a filled side."""
+    emptiest = held.filled.reshape(fingers, -1).min(axis=0)
+    return held.sides_C[np.flatnonzero(emptiest >= held.filled_min)]
 
 
 def _flank(held: Primitive, approach_C: FloatArray) -> _Flank:

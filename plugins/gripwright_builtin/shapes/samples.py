@@ -37,15 +37,15 @@ def _cone(radius_mm: float, radius_top_mm: float) -> Cone:
 
 
 def pyramids() -> Sequence[Sample | Primitive]:
-    """A frustum for tapered tips, upright and tilted, and one so slender that straight fingers lie on it."""
+    """Frusta of four sides and of six for tapered tips, and one so slender that straight fingers lie on it."""
     frustum = _pyramid(20.0, 12.0)
     sample = Sample.of("pyramid", frustum.drawn())
-    return [sample, sample.tilted(), frustum, _pyramid(20.0, 19.9)]
+    return [sample, sample.tilted(), frustum, _pyramid(20.0, 12.0, sides=6), _pyramid(20.0, 19.9)]
 
 
-def _pyramid(across_mm: float, across_top_mm: float) -> Pyramid:
+def _pyramid(across_mm: float, across_top_mm: float, sides: int = 4) -> Pyramid:
     return Pyramid(
-        sides=4,
+        sides=sides,
         center_C=np.zeros(3),
         axis_C=_Z,
         side_C=_X,
@@ -53,7 +53,7 @@ def _pyramid(across_mm: float, across_top_mm: float) -> Pyramid:
         across_flats_top_mm=across_top_mm,
         height_mm=15.0,
         internal=False,
-        filled=np.ones(4),
+        filled=np.ones(sides),
         ends_filled=np.ones(2),
         filled_min=0.6,
         rms_mm=0.0,

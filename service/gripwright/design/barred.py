@@ -7,12 +7,18 @@ from typing import Any
 from gripwright.design.reason import held_with
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import FreeGrasp, NearestMiss, OperationVerdict, SegmentVerdict
+from gripwright.domain.taper import taper_words
 
 _TELLING_NMM = 50.0  # a smaller moment is not what the force is needed for
 
 
+def fingers_kind(grip: str, taper_rad: float) -> str:
+    """What fingers are barred by: those of another grip or taper are made, and bear forces, otherwise."""
+    return f"{grip}, {taper_words(taper_rad)}" if taper_rad else grip
+
+
 def without_barred(verdict: OperationVerdict, barred: Mapping[str, Any]) -> OperationVerdict:
-    """The verdict without the grasps that need at least the force barred for their grip: no finger bears it."""
+    """The verdict without the grasps that need at least the force barred for their fingers: none bear it."""
     if not barred:
         return verdict
     return dataclasses.replace(
@@ -47,7 +53,7 @@ def _too_heavy(segment: SegmentVerdict, lightest: FreeGrasp, barred: Mapping[str
         unit="N",
         sentence=(
             f"{held_with(grasp, segment.segment)} it takes a grip force of {force_N:.0f} N to hold it by friction"
-            f"{against}, and no finger was found that bears it: {barred[grasp.grip]['detail']}"
+            f"{against}, and no finger was found that bears it: {barred[fingers_kind(grasp.grip, grasp.taper_rad)]['detail']}"
         ),
         gripper_type=grasp.gripper_type,
         grip=grasp.grip,
@@ -60,5 +66,5 @@ def _too_heavy(segment: SegmentVerdict, lightest: FreeGrasp, barred: Mapping[str
 
 
 def _is_barred(free: FreeGrasp, barred: Mapping[str, Any]) -> bool:
-    grip = free.grasp.grip
-    return grip in barred and free.hold.required_force_N >= barred[grip]["force"]
+    kind = fingers_kind(free.grasp.grip, free.grasp.taper_rad)
+    return kind in barred and free.hold.required_force_N >= barred[kind]["force"]

@@ -9,6 +9,7 @@ import numpy as np
 
 from gripwright.design import catalogue
 from gripwright.design.analysis import AnalysedMesh, analyse
+from gripwright.design.barred import fingers_kind
 from gripwright.design.plan import Plan
 from gripwright.design.runner import Ref, Runner
 from gripwright.design.step_values import HouseActuators
@@ -82,8 +83,8 @@ def _grippers(
     """The gripper set and the CAD of each gripper (None: it is owned); `shaping`: what shapes the tips, by operation.
 
     Where the finger is too heavy for its actuator, that one is offered with shorter fingers alone, and the set is chosen again.
-    Where no finger can be made for what a gripper has to bear, its heaviest grasp is barred, and with it all of the same grip
-    that are heavier in that operation, and the set is chosen again; after `_ATTEMPTS` with grippers of one grip their
+    Where no finger can be made for what a gripper has to bear, its heaviest grasp is barred, and with it all of the same kind
+    of fingers that are heavier in that operation, and the set is chosen again; after `_ATTEMPTS` with grippers of one kind their
     operations are barred for it.
     """
     barred: dict[str, dict[str, Any]] = {}
@@ -98,11 +99,12 @@ def _grippers(
         refused = [
             (gripper, cad) for gripper, cad in zip(grippers, map(runner.get, cads), strict=True) if isinstance(cad, Rejection)
         ]
-        attempts.update({gripper.grip for gripper, _ in refused})
+        attempts.update({fingers_kind(gripper.grip, gripper.taper_rad) for gripper, _ in refused})
         if not refused or max(attempts.values()) > 2 * _ATTEMPTS:
             return selection, cads
         for gripper, cad in refused:
-            last = attempts[gripper.grip] >= _ATTEMPTS
+            kind = fingers_kind(gripper.grip, gripper.taper_rad)
+            last = attempts[kind] >= _ATTEMPTS
             if cad.code == FINGER_TOO_HEAVY:
                 limit = {"finger_length": 0.0 if last else gripper.finger_length_mm, "detail": cad.detail}
                 too_heavy = {**too_heavy, gripper.actuator.name: limit}
@@ -110,7 +112,7 @@ def _grippers(
             heaviest = max(gripper.handles, key=lambda handle: handle.hold.required_force_N)
             for handle in gripper.handles if last else (heaviest,):
                 limit = {"force": 0.0 if last else handle.hold.required_force_N, "detail": cad.detail}
-                barred = {**barred, handle.operation: {**barred.get(handle.operation, {}), gripper.grip: limit}}
+                barred = {**barred, handle.operation: {**barred.get(handle.operation, {}), kind: limit}}
 
 
 def _with_tips(selection: Ref, shaping: Mapping[str, Mapping[str, Any]], runner: Runner) -> Ref:

@@ -53,7 +53,7 @@ STAGES: Mapping[str, Stage] = {
             at=_AT,
             uses=("hand", "planner", "holding"),
             plan_fields=("plan", "finest_rotation", "finest_step", "pad", *_GRASPING),
-            version=9,
+            version=10,
             remembers=True,
         ),
         Stage(

@@ -24,6 +24,7 @@ from gripwright.design.toolbox import Toolbox
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import INTERNAL, SURFACE, FreeGrasp, Grasp, GripRequirement, NearestMiss, SegmentVerdict
 from gripwright.domain.shape import FloatArray, SegmentAnalysis
+from gripwright.domain.taper import taper_words
 from gripwright.plugin_api import GraspPlanner, HandModel, RunContext, grips_of
 
 _MOST_PLACES, _TURNING = 40_000, 20
@@ -219,12 +220,16 @@ class SegmentSearch:
             *(miss for search in self._searches for miss in (*search.planned, *search.between)),
         ]
         if not misses:
-            widths = ", ".join(f"{need.opening_width_mm:.1f} mm" for need in self._requirements)
-            return Rejection("no-contact", f"no pair of parallel facets, or no height, to grasp at {widths}")
+            return Rejection("no-contact", "; ".join(dict.fromkeys(self._unplanned(need) for need in self._requirements)))
         best = max(miss.stage for miss in misses)
         counts: Mapping[Miss, int] = Counter(miss for miss in misses if miss.stage == best)
         miss, count = max(counts.items(), key=lambda item: item[1])
         return Rejection(miss.code, f"{miss.detail} ({count} of {len(misses)} grasps fail so, no grasp comes further)")
+
+    def _unplanned(self, need: GripRequirement) -> str:
+        asked = ", ".join(planner.key for planner in _planners(need, self._toolbox))
+        what = f"{asked} plans no grasp for {need.rule} on the {need.primitive.kind} at {need.opening_width_mm:.1f} mm"
+        return f"{what}, {taper_words(need.taper_rad)}" if need.taper_rad else f"{what}: no parallel facets, or no height"
 
 
 def search_between(segments: Sequence[SegmentSearch], finest: FloatArray, progress: Callable[[int], None]) -> str:
