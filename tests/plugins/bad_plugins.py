@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from gripwright.domain.errors import Cancelled, Rejection
+from gripwright.domain.grasp import CENTRIC_3, PARALLEL_2
 from gripwright.domain.gripper_set import GripperSet
 from gripwright.domain.preference import Preference
 from gripwright.domain.shape import Box, Segment
@@ -371,29 +372,35 @@ class BoundAboveTheSolution(SetCoverOptimizer):
         return replace(found, lower_bound=found.lower_bound + 1)
 
 
+class OneTypeOfFinger(StraightFinger):
+    """A finger designer without a fault, of one gripper type: the checks make fewer solids."""
+
+    gripper_types = frozenset({PARALLEL_2})
+
+
 @breaks("brep: bytes are not a binary BRep stream")
-class NoSolid(StraightFinger):
+class NoSolid(OneTypeOfFinger):
     def design(self, spec, ctx):
         found = super().design(spec, ctx)
         return found if isinstance(found, Rejection) else replace(found, brep=b"solid")
 
 
 @breaks("the mesh is not closed")
-class OpenMesh(StraightFinger):
+class OpenMesh(OneTypeOfFinger):
     def design(self, spec, ctx):
         found = super().design(spec, ctx)
         return found if isinstance(found, Rejection) else replace(found, mesh=replace(found.mesh, faces=found.mesh.faces[1:]))
 
 
 @breaks("which is no density of a solid")
-class MassInGrams(StraightFinger):
+class MassInGrams(OneTypeOfFinger):
     def design(self, spec, ctx):
         found = super().design(spec, ctx)
         return found if isinstance(found, Rejection) else replace(found, mass_kg=found.mass_kg * 1000.0)
 
 
 @breaks("finger and pad do not make up")
-class PadWithoutASeat(StraightFinger):
+class PadWithoutASeat(OneTypeOfFinger):
     def design(self, spec, ctx):
         found = super().design(spec, ctx)
         if isinstance(found, Rejection) or found.bonded is None:
@@ -404,6 +411,8 @@ class PadWithoutASeat(StraightFinger):
 
 @breaks("of the tip lie in the groove's cylinder")
 class NoGroove(ConcaveFinger):
+    gripper_types = frozenset({CENTRIC_3})
+
     def design(self, spec, ctx):
         return super().design(replace(spec, groove=None), ctx)
 
