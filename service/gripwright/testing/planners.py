@@ -18,13 +18,13 @@ from gripwright.testing.trial import Case, Check, Trial, is_length
 _ALONG = np.cos(np.radians(1.0))
 
 
-def cases(plugin: Any) -> list[Case]:
+def cases(trial: Trial) -> list[Case]:
     """A shaft for centric grippers, a box for parallel ones, both for a type that is not known here; a box for a face."""
     samples = {sample.name: sample for sample in sample_components()}
     found = []
-    for gripper_type in sorted(plugin.gripper_types):
+    for gripper_type in sorted(trial.plugin.gripper_types):
         for prefix, X_CB in (("", np.eye(4)), ("tilted ", TILTED)):
-            for name, requirement in _asked(plugin, gripper_type, X_CB):
+            for name, requirement in _asked(trial.plugin, gripper_type, X_CB):
                 sample, hand = samples[prefix + name], _hand(requirement)
                 arguments = {"component": sample.component, "segment": sample.segments[0], "requirement": requirement}
                 title = f"{prefix}{name}, {gripper_type}{' by a face' if requirement.grip == SURFACE else ''}"
