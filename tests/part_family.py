@@ -5,7 +5,8 @@ import manifold3d
 from shape_solids import cone, d_shaft, profile, pyramid, slot, torus, zone
 
 Manifold = manifold3d.Manifold
-_FINE = 64
+_FINE, _BALL, _LARGE_BALL = 64, 96, 192
+"""Facets around: chords stay within 0.02 mm. A ball is touched along one or two rows of them."""
 
 
 def parts() -> dict[str, Manifold]:
@@ -29,7 +30,10 @@ def _single() -> dict[str, Manifold]:
     found |= {f"pyramid of {sides}": pyramid(sides, 24.0, 0.0, 28.0) for sides in range(3, 9)}
     found |= {f"frustum of a pyramid of {sides}": pyramid(sides, 26.0, 16.0, 18.0) for sides in range(3, 9)}
     found |= {f"prism of {sides}": pyramid(sides, 22.0, 22.0, 20.0) for sides in range(3, 9)}
-    found |= {f"ball of {2 * radius:g}": zone(radius, -radius, radius, 96) for radius in (8.0, 15.0, 28.0, 40.0)}
+    found |= {
+        f"ball of {2 * radius:g}": zone(radius, -radius, radius, _BALL if radius < 20.0 else _LARGE_BALL)
+        for radius in (8.0, 15.0, 28.0, 40.0)
+    }
     found |= {f"dome of {radius:g}": zone(radius, 0.0, radius, 96) for radius in (15.0, 40.0)}
     found["barrel zone"] = zone(30.0, -18.0, 18.0, 96)
     found |= {f"ring {major:g}, {minor:g}": torus(major, minor, 360.0, 96) for major, minor in ((20, 4), (30, 8), (12, 5))}
@@ -65,7 +69,8 @@ def _turned() -> dict[str, Manifold]:
         "countersunk head": shaft.translate((0.0, 0.0, 10.0)) + cone(18.0, 8.0, 10.0, _FINE),
         "nozzle": cone(18.0, 6.0, 30.0, _FINE) + Manifold.cylinder(10.0, 22.0, 22.0, _FINE).translate((0.0, 0.0, -10.0)),
         "ball stud": Manifold.cylinder(30.0, 6.0, 6.0, _FINE) + zone(14.0, -14.0, 14.0, 96).translate((0.0, 0.0, 40.0)),
-        "ball stud of 56": Manifold.cylinder(30.0, 10.0, 10.0, _FINE) + zone(28.0, -28.0, 28.0, 96).translate((0.0, 0.0, 54.0)),
+        "ball stud of 56": Manifold.cylinder(30.0, 10.0, 10.0, _FINE)
+        + zone(28.0, -28.0, 28.0, _LARGE_BALL).translate((0.0, 0.0, 54.0)),
         "domed pin": Manifold.cylinder(25.0, 12.0, 12.0, 96) + zone(12.0, 0.0, 12.0, 96).translate((0.0, 0.0, 25.0)),
         "ring on a neck": torus(22.0, 6.0, 360.0, 96) + Manifold.cylinder(6.0, 20.0, 20.0, 96).translate((0.0, 0.0, -3.0)),
     }

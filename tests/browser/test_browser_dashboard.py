@@ -187,6 +187,10 @@ def test_options_are_a_form_drawn_from_the_schemas_and_only_what_was_changed_is_
     page.evaluate("document.querySelector('[data-chooses=policy][value=prefer_makers]').click()")
     assert not page.evaluate(f"{chosen}.hidden")
 
+    fingers = "[...document.querySelectorAll('[data-chooses=finger]')]"
+    assert page.evaluate(f"{fingers}.filter(box => box.checked).map(box => box.value)") == ["straight"]
+    page.evaluate(f"{fingers}.forEach(box => box.value === 'straight' || box.click())")
+
     factor = "document.getElementById('options-form').elements.namedItem('prefer_makers.factor')"
     fill(page, {"prefer_makers.factor": 0, "prefer_makers.makers": "SCHUNK, Zimmer", "margin": 0.2})
     submit = "document.querySelector('#options-form [type=submit]').click()"
@@ -202,6 +206,7 @@ def test_options_are_a_form_drawn_from_the_schemas_and_only_what_was_changed_is_
 
     ((design_id, _),) = jobs.undispatched(10)
     assert jobs.snapshot(design_id).options == {
+        "finger": ["straight", "concave"],
         "policies": ["prefer_makers"],
         "margin": 0.2,
         "prefer_makers.makers": ["SCHUNK", "Zimmer"],

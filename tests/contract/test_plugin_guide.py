@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from gripwright.cli.plugin_project import write_project
+
 GUIDE = Path(__file__).parents[2] / "docs/plugins/writing.md"
 COMMAND = str(Path(sys.executable).parent / "gripwright")
 WITH_BALL = ("fitters=cylinder,box,ball", "rules=three_finger_cylinder,two_finger_box,three_finger_ball")
@@ -70,13 +72,13 @@ def ball_package(folder: Path) -> Path:
     return folder
 
 
-def test_the_guide_prints_a_whole_distribution() -> None:
-    assert set(printed_files()) == {
-        "pyproject.toml",
-        "src/gripwright_ball/__init__.py",
-        "src/gripwright_ball/fitter.py",
-        "src/gripwright_ball/rule.py",
-    }
+def test_the_guide_prints_the_project_of_a_fitter_and_its_rule(tmp_path: Path) -> None:
+    folder = write_project("ball", ["fitter", "rule"], tmp_path)
+
+    written = {str(path.relative_to(folder)): path.read_text(encoding="utf-8") for path in folder.rglob("*.*") if path.is_file()}
+
+    not_shown = {"README.md", ".github/workflows/test.yml", "tests/test_fitter.py", "tests/test_rule.py"}
+    assert printed_files() == {name: text for name, text in written.items() if name not in not_shown}
 
 
 def test_the_guides_plugin_is_listed(site: Path, tmp_path: Path) -> None:

@@ -20,7 +20,9 @@ TESTING = Path(__file__).parents[2] / "docs/plugins/testing.md"
 CRASHES = '''
 import ctypes
 
+import numpy as np
 from gripwright.domain.errors import Rejection
+from gripwright.domain.shape import Box
 from gripwright.plugin_api import API_VERSION, Manifest, Params, PluginEntry
 
 
@@ -71,6 +73,57 @@ manifest = Manifest(
 )
 '''
 
+SAMPLED = '''
+import numpy as np
+from gripwright.domain.errors import Rejection
+from gripwright.domain.shape import Box
+from gripwright.geometry.drawn import extruded
+from gripwright.plugin_api import API_VERSION, Manifest, Params, PluginEntry
+
+
+class Cubes:
+    """Fits a shape that no built-in sample has."""
+
+    key = "cubes"
+    params_model = Params
+
+    def __init__(self, params):
+        self.params = params
+
+    def fit(self, component, segment, ctx):
+        points = component.mesh.triangles_mm[segment.faces].reshape(-1, 3)
+        extents = np.ptp(points, axis=0)
+        if np.ptp(extents) > 1e-6 or not np.isclose(np.prod(extents), segment.hull_volume_mm3):
+            return Rejection("no-cube", "no cube along the axes")
+        X = np.eye(4)
+        X[:3, 3] = points.min(axis=0) + extents / 2.0
+        return Box(X_CB=X, extents_mm=extents, filled=np.ones(6), filled_min=0.5, rms_mm=0.0)
+
+
+class Untried(Cubes):
+    key = "untried"
+
+
+def cubes():
+    from gripwright.testing import Sample
+
+    square = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]])
+    return [Sample.of("cube", extruded(square, np.eye(4), 8.0))]
+
+
+def nothing():
+    raise LookupError("no cube at hand")
+
+
+manifest = Manifest(
+    version="1.0", api_version=API_VERSION,
+    plugins=(
+        PluginEntry(kind="fitter", key="cubes", target=f"{__name__}:Cubes", samples=f"{__name__}:cubes"),
+        PluginEntry(kind="fitter", key="untried", target=f"{__name__}:Untried", samples=f"{__name__}:nothing"),
+    ),
+)
+'''
+
 
 def run(folder: Path, *arguments: str, path: Path | str, allow: list[str] | None = None) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(path), os.environ.get("PYTHONPATH", "")])}
@@ -91,19 +144,24 @@ def site(tmp_path, monkeypatch):
 
 
 def test_a_new_project_of_every_kind_passes_its_own_tests(tmp_path):
-    folders = {kind: write_project(f"my_{kind}", kind, tmp_path) for kind in KINDS}
+    folders = {kind: write_project(f"my_{kind}", [kind], tmp_path) for kind in KINDS}
+    folders["fitter and rule"] = write_project("pair", ["rule", "fitter"], tmp_path)
     sources = os.pathsep.join(str(folder / "src") for folder in folders.values())
 
-    tested = run(tmp_path, "pytest", "-q", "-rA", "-p", "no:cacheprovider", *map(str, folders.values()), path=sources)
+    options = ("-q", "-rA", "-p", "no:cacheprovider", "--import-mode", "importlib", "--rootdir", str(tmp_path))
+    tested = run(tmp_path, "pytest", *options, *map(str, folders.values()), path=sources)
 
     assert tested.returncode == 0, tested.stdout
     for kind in KINDS:
-        assert len(re.findall(rf"^PASSED .*test_{kind}\.py::", tested.stdout, re.M)) > len(checks_for(kind))
+        of_kind = rf"^PASSED gripwright-my-{kind}/tests/test_{kind}\.py::"
+        assert len(re.findall(of_kind, tested.stdout, re.M)) > len(checks_for(kind))
+        of_pair = rf"^PASSED gripwright-pair/tests/test_{kind}\.py::"
+        assert bool(re.search(of_pair, tested.stdout, re.M)) == (kind in ("fitter", "rule"))
     assert not [file for file in tmp_path.rglob("*.*") if file.is_file() and b"$" in file.read_bytes() and file.suffix != ".pyc"]
 
 
 def test_the_page_on_testing_names_what_a_new_fitter_has(tmp_path):
-    folder = write_project("ball", "fitter", tmp_path)
+    folder = write_project("ball", ["fitter"], tmp_path)
     source = (folder / "src/gripwright_ball/fitter.py").read_text(encoding="utf-8")
 
     imported = re.findall(r"^from gripwright_ball.fitter import (.+)$", TESTING.read_text(encoding="utf-8"), re.M)
@@ -113,36 +171,32 @@ def test_the_page_on_testing_names_what_a_new_fitter_has(tmp_path):
     assert names <= set(re.findall(r"^class (\w+)", source, re.M))
 
 
-def test_a_second_plugin_in_the_manifest_breaks_no_test_of_a_new_project(tmp_path):
-    folder = write_project("ball", "fitter", tmp_path)
-    module = folder / "src/gripwright_ball/__init__.py"
-    second = '        PluginEntry(kind="rule", key="two_finger_ball", target="gripwright_ball.rule:TwoFingerBall"),\n'
-    module.write_text(module.read_text(encoding="utf-8").replace("    plugins=(\n", f"    plugins=(\n{second}"), encoding="utf-8")
-
-    tested = run(tmp_path, "pytest", "-q", "-k", "manifest", "-p", "no:cacheprovider", str(folder), path=folder / "src")
-
-    assert tested.returncode == 0, tested.stdout
-    assert "1 passed" in tested.stdout
-
-
 def test_a_project_is_not_written_over_another(tmp_path):
-    write_project("ball", "fitter", tmp_path)
+    write_project("ball", ["fitter"], tmp_path)
 
     with pytest.raises(Conflict, match="exists already"):
-        write_project("ball", "rule", tmp_path)
+        write_project("ball", ["rule"], tmp_path)
 
 
 @pytest.mark.parametrize("name", ["Ball", "a-ball", "../ball", "1ball", "_ball", "ball_", "", "b" * 41, "ball\n"])
 def test_a_name_that_is_no_key_is_refused(name, tmp_path):
     with pytest.raises(InvalidInput, match="no name for a plug-in"):
-        write_project(name, "fitter", tmp_path)
+        write_project(name, ["fitter"], tmp_path)
 
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_kind_that_there_is_not_is_refused(tmp_path):
     with pytest.raises(InvalidInput, match="kinds are segmenter, fitter"):
-        write_project("ball", "fitters", tmp_path)
+        write_project("ball", ["fitters"], tmp_path)
+
+
+@pytest.mark.parametrize("kinds", [["fitter", "hand"], ["fitter", "fitter"], ["fitter", "rule", "hand"]])
+def test_of_several_kinds_only_a_fitter_and_its_rule_are_begun_together(kinds, tmp_path):
+    with pytest.raises(InvalidInput, match=f"only fitter and rule are begun together, not {', '.join(kinds)}"):
+        write_project("ball", kinds, tmp_path)
+
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_command_writes_a_project_and_says_where(tmp_path):
@@ -159,14 +213,27 @@ def test_checking_names_what_crashes_hangs_and_raises_and_goes_on(site):
     assert checked.returncode == 1, checked.stderr
     assert re.search(r"^fitter/crashes: fails\n  crash: its process ended with SIGSEGV during the checks$", checked.stdout, re.M)
     assert re.search(r"^fitter/hangs: fails\n  crash: its process raised, or did not come back within 2 s$", checked.stdout, re.M)
-    assert "fitter/declines: passes" in checked.stdout
+    assert "fitter/declines: fails\n  fits: none of 18 segments is answered with a primitive" in checked.stdout
     assert re.search(r"^fitter/raises: fails\n  answers: .* fit raises ValueError: no ball;", checked.stdout, re.M)
 
 
-def test_one_plugin_is_checked_by_its_key(site):
-    checked = run(site, "gripwright.cli", "plugins", "check", "declines", path=site)
+def test_plugins_are_checked_with_the_samples_that_their_manifest_names(site):
+    install(site, "gripwright-sampled", SAMPLED)
 
-    assert (checked.returncode, checked.stdout) == (0, "fitter/declines: passes\n")
+    checked = run(site, "gripwright.cli", "plugins", "check", path=site, allow=["gripwright-sampled"])
+
+    assert re.fullmatch(
+        r"fitter/cubes: passes\nfitter/untried: fails\n  samples: \w+:nothing raises LookupError: no cube at hand\n",
+        checked.stdout,
+    ), checked.stdout
+    assert checked.returncode == 1
+
+
+def test_one_plugin_is_checked_by_its_key(site):
+    checked = run(site, "gripwright.cli", "plugins", "check", "raises", path=site)
+
+    assert checked.returncode == 1
+    assert [line for line in checked.stdout.splitlines() if not line.startswith(" ")] == ["fitter/raises: fails"]
 
 
 def test_a_key_that_is_not_installed_is_refused(site):

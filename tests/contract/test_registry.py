@@ -183,6 +183,7 @@ FAULTS = [
     ({"fake.rays": "5"}, {"/options/fake.rays"}),
     ({"fake.rays": float("nan")}, {"/options/fake.rays"}),
     ({"fake.beams": 5}, {"/options/fake.beams"}),
+    ({"fake.rays": 7.0}, {"/options/fake.rays"}),
     ({"magic.rays": 5}, {"/options/magic"}),
     (
         {"segmenter": "magic", "optimizer": "luck", "fake.rays": 0},
@@ -202,7 +203,43 @@ def test_all_faults_of_a_plan_are_told_together_at_their_places(good, options, p
         check_options(given, describe(registry))
 
     assert {fault.pointer for fault in by_models.value.faults} == pointers
-    assert {fault.pointer for fault in by_schemas.value.faults} == pointers
+    assert by_schemas.value.faults == by_models.value.faults
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"fake.rays": 2000}, "2000 is greater than the maximum of 1000"),
+        ({"fake.rays": 7.5}, "7.5 is not of type 'integer'"),
+        ({"fake.beams": 5}, "there is no such parameter; there is rays"),
+    ],
+)
+def test_a_fault_of_a_parameter_is_told_once_with_the_value_and_the_limit(good, options, message):
+    with pytest.raises(InvalidPlan) as refused:
+        build_toolbox(plan_of({**FAKE_OPTIONS, **options}), load(GOOD))
+
+    assert [fault.message for fault in refused.value.faults] == [message]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({}, "is a parameter of the fitter 'cone', which the plan does not ask: name cone in fitters"),
+        (
+            {"plan": "paper"},
+            "is a parameter of the fitter 'cone', which the plan does not ask: plan=paper uses the paper's own plug-ins ",
+        ),
+    ],
+)
+def test_a_parameter_of_a_plugin_that_is_not_asked_is_refused_with_what_would_ask_it(options, message):
+    given = {**options, "cone.half_angle_min": 1.0}
+
+    with pytest.raises(InvalidPlan) as refused:
+        check_options(given, describe(load("gripwright")))
+
+    (fault,) = refused.value.faults
+    assert fault.pointer == "/options/cone.half_angle_min"
+    assert fault.message.startswith(message)
 
 
 def test_the_place_of_a_parameter_is_where_it_was_given(good):

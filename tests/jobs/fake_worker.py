@@ -6,7 +6,7 @@ import logging
 import multiprocessing
 import os
 
-from gripwright.jobs.child import preload
+from gripwright.jobs.fork_server import preload
 from gripwright.jobs.steps import Workshop
 from gripwright.jobs.tally import Tally
 from gripwright.jobs.worker import work

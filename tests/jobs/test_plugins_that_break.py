@@ -1,5 +1,9 @@
 """Whatever a plug-in does to its process, its step fails with the plug-in's own name, and nothing else is harmed."""
 
+import json
+import os
+import subprocess
+import sys
 import threading
 import time
 from dataclasses import replace
@@ -195,6 +199,62 @@ def test_without_limits_of_its_own_a_plugin_has_those_of_its_step(bad, log):
         with pytest.raises(StepBroke) as failure:
             ask(step_alone, log, key)
         assert words in failure.value.detail
+
+
+def run_apart(folder, script, **environment):
+    """What a script prints in a process that has no server of children yet; modules in the folder can be imported."""
+    path = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
+    ran = subprocess.run(
+        [sys.executable, "-c", script],
+        env={**os.environ, "PYTHONPATH": path, **environment},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    return ran.stdout
+
+
+RESOLVE = """
+import json
+from pathlib import Path
+from gripwright.design.plan import plan_of
+from gripwright.domain.errors import GripwrightError
+from gripwright.jobs.engine import problem_of
+from gripwright.jobs.steps import Workshop, resolve_plan
+
+try:
+    resolve_plan(Workshop(data_dir=Path("unused"), plugins_allow=("gripwright-crash",)), plan_of({}))
+except GripwrightError as error:
+    print(json.dumps(problem_of(error)))
+"""
+HANGING = """
+import multiprocessing
+from gripwright.jobs.child import ChildNotStarted, Limits, run_in_child
+
+multiprocessing.get_context("forkserver").set_forkserver_preload(["hangs"])
+try:
+    run_in_child(print, None, limits=Limits(timeout_s=0.5))
+except ChildNotStarted as failure:
+    print(failure)
+"""
+
+
+def test_a_plugin_that_crashes_at_its_import_fails_the_design_with_its_distributions_name(tmp_path):
+    install(tmp_path, "gripwright-crash", "import ctypes\nctypes.string_at(0)")
+
+    problem = json.loads(run_apart(tmp_path, RESOLVE, GRIPWRIGHT_PLUGINS_ALLOW='["gripwright-crash"]'))
+
+    assert (problem["code"], problem["stage"], problem["plugin"]) == (PluginFailure.code, "plan", "gripwright-crash")
+    assert "ended with code -11 while gripwright-crash was loaded" in problem["detail"]
+
+
+def test_a_server_of_children_that_hangs_is_ended_in_time_and_leaves_nothing_behind(tmp_path):
+    (tmp_path / "hangs.py").write_text("while True:\n    pass\n")
+
+    printed = run_apart(tmp_path, HANGING)  # comes back when the last process has let go of the output
+
+    assert printed == "could not be started in time\n"
 
 
 @pytest.mark.parametrize("act", ["segfault", "memory"])

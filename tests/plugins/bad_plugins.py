@@ -8,12 +8,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from gripwright.domain.errors import Cancelled, Rejection
+from gripwright.domain.grasp import CENTRIC_3, PARALLEL_2
 from gripwright.domain.gripper_set import GripperSet
 from gripwright.domain.preference import Preference
 from gripwright.domain.shape import Box, Segment
 from gripwright.geometry.drawn import primitive_mesh
 from gripwright.geometry.frames import rotation_z
 from gripwright.plugin_api import Params
+from gripwright.testing.primitives import centric_requirement
 from gripwright_builtin.fingers.concave import ConcaveFinger
 from gripwright_builtin.fingers.straight import StraightFinger
 from gripwright_builtin.hands.centric import CentricHand
@@ -112,6 +114,12 @@ class MovesTheMesh(Fitter):
     def fit(self, component, segment, ctx):
         component.mesh.vertices_mm[:] *= 1.001
         return super().fit(component, segment, ctx)
+
+
+@breaks("none of 18 segments is answered with a primitive, so json, unit, picture and scale have nothing to look at")
+class NeverFits(Fitter):
+    def fit(self, component, segment, ctx):
+        return Rejection("no-box", f"the surface of {segment.area_mm2:.0f} mm² is no box")
 
 
 @breaks("two runs of the same input and seed differ at extents_mm")
@@ -261,7 +269,18 @@ class AcceptsNothing(ThreeFingerCylinder):
     accepts = frozenset()
 
 
-@breaks("opening_width_mm is 0.02 for a primitive of 28.3 mm")
+@breaks("accepts cylinder: none of 4 sample primitives of that kind is answered with a requirement")
+class NeverAsks(ThreeFingerCylinder):
+    def apply(self, fit):
+        return Rejection("no-type", f"the {fit.kind} is held by nothing")
+
+
+@breaks("accepts marble: none of 0 sample primitives of that kind is answered with a requirement")
+class NeverAsked(ThreeFingerCylinder):
+    accepts = frozenset({"marble"})
+
+
+@breaks("opening_width_mm is 0.02 for a primitive of at most 28.3 mm")
 class OpensInMetres(ThreeFingerCylinder):
     def apply(self, fit):
         found = super().apply(fit)
@@ -353,29 +372,35 @@ class BoundAboveTheSolution(SetCoverOptimizer):
         return replace(found, lower_bound=found.lower_bound + 1)
 
 
+class OneTypeOfFinger(StraightFinger):
+    """A finger designer without a fault, of one gripper type: the checks make fewer solids."""
+
+    gripper_types = frozenset({PARALLEL_2})
+
+
 @breaks("brep: bytes are not a binary BRep stream")
-class NoSolid(StraightFinger):
+class NoSolid(OneTypeOfFinger):
     def design(self, spec, ctx):
         found = super().design(spec, ctx)
         return found if isinstance(found, Rejection) else replace(found, brep=b"solid")
 
 
 @breaks("the mesh is not closed")
-class OpenMesh(StraightFinger):
+class OpenMesh(OneTypeOfFinger):
     def design(self, spec, ctx):
         found = super().design(spec, ctx)
         return found if isinstance(found, Rejection) else replace(found, mesh=replace(found.mesh, faces=found.mesh.faces[1:]))
 
 
 @breaks("which is no density of a solid")
-class MassInGrams(StraightFinger):
+class MassInGrams(OneTypeOfFinger):
     def design(self, spec, ctx):
         found = super().design(spec, ctx)
         return found if isinstance(found, Rejection) else replace(found, mass_kg=found.mass_kg * 1000.0)
 
 
 @breaks("finger and pad do not make up")
-class PadWithoutASeat(StraightFinger):
+class PadWithoutASeat(OneTypeOfFinger):
     def design(self, spec, ctx):
         found = super().design(spec, ctx)
         if isinstance(found, Rejection) or found.bonded is None:
@@ -386,6 +411,8 @@ class PadWithoutASeat(StraightFinger):
 
 @breaks("of the tip lie in the groove's cylinder")
 class NoGroove(ConcaveFinger):
+    gripper_types = frozenset({CENTRIC_3})
+
     def design(self, spec, ctx):
         return super().design(replace(spec, groove=None), ctx)
 
@@ -419,3 +446,30 @@ class ForgetsMarks(PreferMakers):
 class NoKind(Basic):
     def work(self):
         return None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Marble:
+    """A shape that no built-in sample has, and that does not say what it looks like."""
+
+    radius_mm: float
+    rms_mm: float = 0.0
+    surface_filled: bool = True
+    kind: str = field(default="marble", init=False)
+
+    @property
+    def volume_mm3(self):
+        return 4.0 / 3.0 * np.pi * self.radius_mm**3
+
+    def to_dict(self):
+        return {"radius": self.radius_mm}
+
+
+class MarbleHolder(Basic):
+    """A rule for marbles that takes metres."""
+
+    accepts = frozenset({"marble"})
+
+    def apply(self, fit):
+        asked = centric_requirement(np.eye(4))
+        return [replace(asked, opening_width_mm=0.002 * fit.radius_mm, primitive=fit, rule=self.key)]

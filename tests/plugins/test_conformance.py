@@ -2,16 +2,17 @@
 
 import signal
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from bad_import import ImportsTheService
-from bad_plugins import EXPECTED, Fitter, NeverReturns, Segmenter
+from bad_plugins import EXPECTED, Fitter, Marble, MarbleHolder, NeverReturns, OneTypeOfFinger, Segmenter
 
 from gripwright.geometry.adjacency import face_adjacency
 from gripwright.geometry.measures import volume_mm3
 from gripwright.plugin_api.manifest import KINDS
-from gripwright.registry.discovery import load_registry
+from gripwright.registry.discovery import load_registry, load_samples
 from gripwright.testing import (
     check_plugin,
     checks_for,
@@ -25,12 +26,19 @@ from gripwright.testing.time_limit import TimeUp, time_limit
 BUILT_IN = load_registry(allow=("gripwright",), strict=True).plugins
 
 
-@parametrize_with_checks([plugin.plugin for plugin in BUILT_IN])
+def checks_with_own_samples():
+    """Of each built-in plug-in, asked the samples that its manifest names."""
+    return [
+        case for plugin in BUILT_IN for case in parametrize_with_checks([plugin.plugin], samples=load_samples(plugin)).args[1]
+    ]
+
+
+@pytest.mark.parametrize(("plugin", "check"), checks_with_own_samples())
 def test_every_built_in_plugin_passes(plugin, check):
     assert check(plugin) == []
 
 
-@pytest.mark.parametrize("good", [Fitter, Segmenter])
+@pytest.mark.parametrize("good", [Fitter, Segmenter, OneTypeOfFinger])
 def test_what_the_bad_plugins_are_made_from_is_good(good):
     assert check_plugin(good) == []
 
@@ -41,6 +49,40 @@ def test_a_bad_plugin_is_rejected_by_a_message_that_names_its_fault(bad):
 
     assert any(EXPECTED[bad] in str(finding) for finding in findings), "\n".join(map(str, findings)) or "no finding"
     assert len({finding.check for finding in findings}) <= 2, "one fault, and what follows from it"
+
+
+def test_a_good_fitter_of_a_shape_that_no_sample_has_is_told_to_bring_samples():
+    torus = next(plugin for plugin in BUILT_IN if plugin.name == "fitter/torus")
+
+    (finding,) = check_plugin(torus.plugin)
+
+    assert finding.check == "fits"
+    assert "give samples of the shape: as `samples` of its PluginEntry, and of check_plugin" in finding.detail
+
+
+def test_a_rule_is_asked_of_primitives_of_the_authors_own():
+    (finding,) = check_plugin(MarbleHolder, samples=[Marble(radius_mm=30.0)])
+
+    assert str(finding) == (
+        "requirements: own sample 0, marble: opening_width_mm is 0.06 for a primitive of at most 2.42e+03 mm; lengths are mm"
+    )
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "words"),
+    [
+        (lambda sample: replace(sample, segments=sample.segments[:1]), "its segments do not hold each of its 380 faces once"),
+        (lambda sample: replace(sample, name="ball"), "sample 'ball': the name is taken by another sample"),
+        (lambda sample: sample.component.mesh, "sample 0 is a Mesh, neither a Sample nor a Primitive"),
+    ],
+)
+def test_samples_that_cannot_be_asked_are_refused(spoilt, words):
+    shaft = replace(sample_components()[0], name="my shaft")
+
+    (finding,) = check_plugin(Fitter, samples=[spoilt(shaft)])
+
+    assert finding.check == "samples"
+    assert words in finding.detail
 
 
 def test_a_kind_is_known_by_its_methods():

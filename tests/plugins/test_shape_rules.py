@@ -88,7 +88,7 @@ def touch(mesh: Mesh, requirement: GripRequirement) -> bool:
 def test_fingers_touch_what_the_rule_asks_for(kind, solid, rule, gripper_type, opening):
     mesh = placed(solid, X)
 
-    asked = requirements(fitted(mesh, kind), [rule])
+    asked = requirements([fitted(mesh, kind)], [rule])
 
     assert not isinstance(asked, Rejection), asked
     assert asked[0].gripper_type == gripper_type
@@ -153,7 +153,7 @@ def test_fingers_touch_what_the_rule_asks_for(kind, solid, rule, gripper_type, o
     ],
 )
 def test_what_straight_fingers_cannot_hold_is_refused_with_the_measure_and_the_limit(kind, solid, rule, says):
-    answer = requirements(fitted(placed(solid, X), kind), [rule])
+    answer = requirements([fitted(placed(solid, X), kind)], [rule])
 
     assert isinstance(answer, Rejection), answer
     assert answer.code == "no-type"
@@ -166,7 +166,7 @@ def test_a_hexagonal_socket_is_held_by_nothing_from_outside():
     inside = np.flatnonzero(np.linalg.norm(mesh.triangles_mm.mean(axis=1)[:, :2], axis=1) < 10.0)
     walls = Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces[inside][np.ptp(mesh.triangles_mm[inside][:, :, 2], axis=1) > 1.0])
 
-    answers = [requirements(fitted(walls, "prism"), [rule]) for rule in (TwoFingerPrism(Params()), ThreeFingerPrism(Params()))]
+    answers = [requirements([fitted(walls, "prism")], [rule]) for rule in (TwoFingerPrism(Params()), ThreeFingerPrism(Params()))]
 
     assert all(isinstance(answer, Rejection) and "is a socket" in answer.detail for answer in answers)
 
@@ -174,7 +174,7 @@ def test_a_hexagonal_socket_is_held_by_nothing_from_outside():
 def test_all_pairs_of_parallel_flats_are_asked_for_at_once():
     prism = fitted(placed(HEXAGON, X), "prism")
 
-    (asked,) = requirements(prism, [TwoFingerPrism(Params())])
+    (asked,) = requirements([prism], [TwoFingerPrism(Params())])
 
     assert asked.grip_axes_C.shape == (3, 3)
     assert np.abs(asked.grip_axes_C @ X[:3, 2]) == pytest.approx(np.zeros(3), abs=1e-9)
@@ -184,7 +184,7 @@ def test_all_pairs_of_parallel_flats_are_asked_for_at_once():
 def test_a_large_sphere_with_a_neck_is_held_about_the_neck_s_axis_first():
     sphere = fitted(surface(zone(60.0, -50.0, 60.0, 96), X), "sphere")
 
-    asked = requirements(sphere, [ThreeFingerSphere(SphereHoldParams())])
+    asked = requirements([sphere], [ThreeFingerSphere(SphereHoldParams())])
 
     assert len(asked) == 3
     assert abs(asked[0].primitive.axis_C @ X[:3, 2]) == pytest.approx(1.0, abs=1e-3)
@@ -194,7 +194,7 @@ def test_a_large_sphere_with_a_neck_is_held_about_the_neck_s_axis_first():
 def test_a_slender_long_cone_is_asked_for_in_bands_that_fingers_reach():
     long = fitted(surface(cone(15.0, 13.5, 120.0, 64), X), "cone")
 
-    asked = requirements(long, [StraightCone(StraightParams())])
+    asked = requirements([long], [StraightCone(StraightParams())])
 
     assert [round(one.opening_width_mm, 2) for one in asked] == [29.25, 27.75] or [
         round(one.opening_width_mm, 2) for one in asked
@@ -205,6 +205,6 @@ def test_a_slender_long_cone_is_asked_for_in_bands_that_fingers_reach():
 def test_a_ring_with_a_thick_tube_is_held_from_outside_then_from_its_hole():
     ring = fitted(surface(torus(60.0, 30.0, 360.0, 96), X), "torus")
 
-    asked = requirements(ring, [ThreeFingerTorus(TorusHoldParams())])
+    asked = requirements([ring], [ThreeFingerTorus(TorusHoldParams())])
 
     assert [(one.grip, round(one.opening_width_mm)) for one in asked] == [(EXTERNAL, 180), (INTERNAL, 60)]

@@ -71,7 +71,7 @@ def pyramid(degrees: float, X: FloatArray | None = None, sides: int = 4, **chang
 
 
 def asked(rule: Any, fit: Any) -> list[GripRequirement]:
-    found = requirements(fit, [rule])
+    found = requirements([fit], [rule])
     assert not isinstance(found, Rejection), found
     return found
 
@@ -148,7 +148,7 @@ def test_sides_that_are_not_filled_are_not_gripped() -> None:
     ],
 )
 def test_what_tapered_tips_cannot_hold_says_why(rule: Any, fit: Any, why: str) -> None:
-    assert requirements(fit, [rule]) == Rejection("no-type", why)
+    assert requirements([fit], [rule]) == Rejection("no-type", why)
 
 
 def turned_pose(seed: int) -> FloatArray:

@@ -51,7 +51,7 @@ def cylinder(X: FloatArray | None = None, radius_mm: float = RADIUS_MM, **change
 
 
 def asked(rule: Any, fit: Any) -> list[GripRequirement]:
-    found = requirements(fit, [rule])
+    found = requirements([fit], [rule])
     assert not isinstance(found, Rejection), found
     return found
 
@@ -102,7 +102,7 @@ def test_a_cone_asks_for_its_half_angle_in_steps_from_the_narrow_end_and_from_th
     ],
 )
 def test_what_v_tips_cannot_hold_says_why(rule: Any, fit: Any, why: str) -> None:
-    assert requirements(fit, [rule]) == Rejection("no-type", why)
+    assert requirements([fit], [rule]) == Rejection("no-type", why)
 
 
 def turned_pose(seed: int) -> FloatArray:

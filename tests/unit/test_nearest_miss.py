@@ -1,6 +1,7 @@
 """Why nothing holds: what is in the way, where and by how much, against closed forms; and in words."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -88,7 +89,7 @@ def judged(
     asked = [box_need(held, 20.0)] if needs is None else needs
     toolbox: Any = SimpleNamespace(
         hands={PARALLEL_2: ParallelHand(HandSettings()), CENTRIC_3: CentricHand(CentricSettings())},
-        planners={kind: [SimpleNamespace(plan=lambda *_: grasps)] for kind in (PARALLEL_2, CENTRIC_3)},
+        planners={kind: [SimpleNamespace(key="named", plan=lambda *_: grasps)] for kind in (PARALLEL_2, CENTRIC_3)},
     )
     analysis: Any = SimpleNamespace(segment=SimpleNamespace(id=2))
     ctx = RunContext(min_contact_mm=3.0)
@@ -112,6 +113,19 @@ def test_a_free_segment_has_no_miss() -> None:
 
     assert verdict.free
     assert verdict.nearest_miss is None
+
+
+@pytest.mark.parametrize(
+    ("taper", "told"), [(0.0, ": no parallel facets, or no height"), (-0.1, ", tapered 5.7° towards the palm")]
+)
+def test_where_nothing_is_planned_the_planners_and_what_they_were_asked_for_are_named(taper: float, told: str) -> None:
+    need = replace(box_need(HELD, 20.0), rule="two_finger_box", taper_rad=taper)
+
+    verdict = judged(grasps=[], needs=[need])
+
+    assert verdict.nearest_miss is None
+    assert verdict.rejection is not None
+    assert verdict.rejection.detail == f"named plans no grasp for two_finger_box on the box at 20.0 mm{told}"
 
 
 @pytest.mark.parametrize("into", [0.02, 1.8])

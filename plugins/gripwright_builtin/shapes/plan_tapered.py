@@ -137,7 +137,7 @@ def _contact_offset_mm(flank: _Flank, tip: Taper | VTip, depth_mm: float, openin
 def _first_sides(held: Pyramid, fingers: int) -> FloatArray:
     """Where finger 1 of a centric gripper may stand: (k, 3), so that every finger has a filled side."""
     emptiest = held.filled.reshape(fingers, -1).min(axis=0)
-    return np.asarray(held.sides_C[: held.sides // fingers][emptiest >= held.filled_min])
+    return held.sides_C[np.flatnonzero(emptiest >= held.filled_min)]
 
 
 def _flank(held: Primitive, approach_C: FloatArray) -> _Flank:

@@ -13,7 +13,7 @@ from gripwright.cli.run import runner_of, shown_progress
 from gripwright.design.analysis import analyse as analyse_meshes
 from gripwright.domain.errors import Fault, InvalidInput, Rejection
 from gripwright.domain.shape import Mesh
-from gripwright.jobs.child import preload
+from gripwright.jobs.fork_server import preload
 from gripwright.jobs.local import LocalRunner
 from gripwright.jobs.steps import ANALYSIS_STAGES_AT
 from gripwright.settings import load_settings

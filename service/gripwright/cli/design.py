@@ -20,7 +20,7 @@ from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.errors import Fault, InvalidInput, Rejection
 from gripwright.domain.grasp import SURFACE
 from gripwright.jobs.catalogue import catalogue
-from gripwright.jobs.child import preload
+from gripwright.jobs.fork_server import preload
 from gripwright.jobs.local import LocalRunner
 from gripwright.jobs.steps import SEQUENCE_STAGES_AT
 from gripwright.settings import load_settings

@@ -8,8 +8,9 @@ import subprocess
 import sys
 from collections.abc import Collection, Iterator, Sequence
 
-from gripwright.registry.discovery import load_registry
-from gripwright.testing import check_plugin
+from gripwright.cli.compiling import tell_compiling
+from gripwright.registry.discovery import InstalledPlugin, PluginLoadError, load_registry, load_samples
+from gripwright.testing import Finding, check_plugin
 
 _PATIENCE = 4.0
 """A plug-in is given up after so many time limits of one check: code outside Python does not notice the limit itself."""
@@ -25,7 +26,7 @@ def findings_in_children(
     while waiting:
         request = {"names": waiting, "allow": None if allow is None else sorted(allow), "time_limit_s": time_limit_s}
         command = [sys.executable, "-m", "gripwright.cli.plugin_check", json.dumps(request)]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as child:
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:
             assert child.stdout is not None
             for line in child.stdout:
                 found = json.loads(line)
@@ -43,15 +44,26 @@ def _ending(code: int, time_limit_s: float) -> str:
 
 
 def main(request: str) -> None:
-    """Check the plug-ins that a request names; one line of JSON each. What they print themselves goes to standard error."""
+    """Check the plug-ins that a request names; one line of JSON each. What they print themselves is not shown."""
     asked = json.loads(request)
-    answers = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)
-    installed = {plugin.name: plugin.plugin for plugin in load_registry(allow=asked["allow"]).plugins}
+    answers, errors = os.fdopen(os.dup(1), "w"), os.fdopen(os.dup(2), "w")
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(nowhere, stream)
+    tell_compiling(lambda message: print(message, file=errors, flush=True))
+    installed = {plugin.name: plugin for plugin in load_registry(allow=asked["allow"]).plugins}
     for name in asked["names"]:
         faulthandler.dump_traceback_later(_PATIENCE * asked["time_limit_s"], exit=True)
-        findings = [str(finding) for finding in check_plugin(installed[name], time_limit_s=asked["time_limit_s"])]
+        findings = [str(finding) for finding in _findings(installed[name], asked["time_limit_s"])]
         print(json.dumps({"name": name, "findings": findings}), file=answers, flush=True)
+
+
+def _findings(plugin: InstalledPlugin, time_limit_s: float) -> list[Finding]:
+    try:
+        samples = load_samples(plugin)
+    except PluginLoadError as error:
+        return [Finding("samples", str(error))]
+    return check_plugin(plugin.plugin, samples=samples, time_limit_s=time_limit_s)
 
 
 if __name__ == "__main__":

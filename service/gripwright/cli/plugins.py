@@ -65,7 +65,7 @@ def check(
 @plugins.command()
 def new(
     name: Annotated[str, typer.Argument(help="lower case letters, digits and _; becomes the plug-in's key")],
-    kind: Annotated[str, typer.Option(help=", ".join(KINDS))],
+    kind: Annotated[list[str], typer.Option(help=f"{', '.join(KINDS)}; fitter and rule may be begun together")],
     out: Annotated[Path, typer.Option(help="the folder in which the project's folder is made")] = Path(),
 ) -> None:
     """Begin a plug-in: a project with code, tests and CI that passes its own tests at once."""

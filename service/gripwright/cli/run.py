@@ -10,6 +10,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from gripwright.cli.options import options_of
 from gripwright.design.plan import plan_of
 from gripwright.jobs.engine import OnProgress
+from gripwright.jobs.fork_server import import_first
 from gripwright.jobs.local import LocalRunner
 from gripwright.jobs.steps import STAGES_AT, Workshop
 from gripwright.settings import Settings
@@ -19,8 +20,9 @@ from gripwright.settings import Settings
 def shown_progress() -> Iterator[OnProgress]:
     """Where to report: a bar on a terminal, else a line a stage. SIGTERM ends the command as Ctrl-C does.
 
-    Standard error stays free for what is wrong with the input.
+    Standard error stays free for what is wrong with the input, and for what takes long at the first time.
     """
+    import_first("gripwright.cli.tells_compiling")
     signal.signal(signal.SIGTERM, _interrupt)
     console = Console()
     if not console.is_terminal:

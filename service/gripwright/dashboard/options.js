@@ -82,7 +82,7 @@ function fieldOf(name, schema, root, input = inputOf(name, schema, root)) {
   const label = element("label", name, {});
   input.id = `option-${name}`;
   label.htmlFor = input.id;
-  const help = element("small", [schema.description, limits(schema)].filter(Boolean).join("; "), { id: `help-${name}` });
+  const help = element("small", [schema.description?.replace(/\.$/, ""), limits(schema)].filter(Boolean).join("; "), { id: `help-${name}` });
   input.setAttribute("aria-describedby", help.id);
   const row = element("div", "", { class: "field" });
   row.append(label, input, help);
@@ -99,7 +99,7 @@ function fieldsOf(prefix, schema, root) {
 
 // Which plug-ins of a kind: one of them by its key, or any of them
 function choiceOf(name, schema, plugins) {
-  if (schema.type !== "array") {
+  if (schema.type !== "array" && !schema.anyOf?.some((one) => one.type === "array")) {
     const keys = element("datalist", "", { id: `keys-${name}` });
     keys.append(...plugins.map((plugin) => element("option", plugin.summary, { value: plugin.name })));
     const input = inputOf(name, { type: "string", default: schema.default }, schema);
@@ -107,12 +107,13 @@ function choiceOf(name, schema, plugins) {
     input.dataset.chooses = schema["x-plugins"];
     return [...fieldOf(name, schema, schema, input), keys];
   }
-  const group = element("fieldset", "", { "data-name": name, "data-initial": JSON.stringify(schema.default) });
+  const initial = [schema.default].flat();
+  const group = element("fieldset", "", { "data-name": name, "data-initial": JSON.stringify(initial) });
   group.append(element("legend", name), element("small", schema.description ?? ""));
-  const preferred = (plugin) => (schema.default.includes(plugin.name) ? schema.default.indexOf(plugin.name) : schema.default.length);
+  const preferred = (plugin) => (initial.includes(plugin.name) ? initial.indexOf(plugin.name) : initial.length);
   for (const plugin of plugins.toSorted((one, other) => preferred(one) - preferred(other))) {
     const box = element("input", "", { type: "checkbox", value: plugin.name, "data-chooses": schema["x-plugins"] });
-    box.checked = schema.default.includes(plugin.name);
+    box.checked = initial.includes(plugin.name);
     const label = element("label", "", { title: plugin.summary });
     label.append(box, ` ${plugin.name}`);
     group.append(label);

@@ -7,12 +7,18 @@ from typing import Any
 from gripwright.design.reason import held_with
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import FreeGrasp, NearestMiss, OperationVerdict, SegmentVerdict
+from gripwright.domain.taper import taper_words
 
 _TELLING_NMM = 50.0  # a smaller moment is not what the force is needed for
 
 
+def fingers_kind(grip: str, taper_rad: float) -> str:
+    """What fingers are barred by: those of another grip or taper are made, and bear forces, otherwise."""
+    return f"{grip}, {taper_words(taper_rad)}" if taper_rad else grip
+
+
 def without_barred(verdict: OperationVerdict, barred: Mapping[str, Any]) -> OperationVerdict:
-    """The verdict without the grasps that need at least the force barred for their grip: no finger bears it."""
+    """The verdict without the grasps that bend fingers at least as much as is barred for their kind: none bear it."""
     if not barred:
         return verdict
     return dataclasses.replace(
@@ -30,12 +36,12 @@ def _lighter(segment: SegmentVerdict, barred: Mapping[str, Any]) -> SegmentVerdi
     free = tuple(grasp for grasp in segment.free if not _is_barred(grasp, barred))
     if free:
         return dataclasses.replace(segment, free=free)
-    miss = _too_heavy(segment, min(given_up, key=lambda grasp: grasp.hold.required_force_N), barred)
+    miss = _too_heavy(segment, min(given_up, key=lambda grasp: grasp.bending_Nmm), barred)
     return dataclasses.replace(segment, free=free, rejection=Rejection(miss.code, miss.sentence), nearest_miss=miss)
 
 
 def _too_heavy(segment: SegmentVerdict, lightest: FreeGrasp, barred: Mapping[str, Any]) -> NearestMiss:
-    """What the grasp that needs the least force asks for; up to which force fingers could be made is not searched for."""
+    """What the grasp that bends fingers least asks for; up to where fingers could be made is not searched for."""
     grasp, force_N, moment_Nmm = lightest.grasp, lightest.hold.required_force_N, lightest.hold.moment_Nmm
     against = f" against a moment of {moment_Nmm / 1000.0:.1f} N·m" if moment_Nmm >= _TELLING_NMM else ""
     return NearestMiss(
@@ -47,7 +53,7 @@ def _too_heavy(segment: SegmentVerdict, lightest: FreeGrasp, barred: Mapping[str
         unit="N",
         sentence=(
             f"{held_with(grasp, segment.segment)} it takes a grip force of {force_N:.0f} N to hold it by friction"
-            f"{against}, and no finger was found that bears it: {barred[grasp.grip]['detail']}"
+            f"{against}, and no finger was found that bears it: {barred[fingers_kind(grasp.grip, grasp.taper_rad)]['detail']}"
         ),
         gripper_type=grasp.gripper_type,
         grip=grasp.grip,
@@ -60,5 +66,5 @@ def _too_heavy(segment: SegmentVerdict, lightest: FreeGrasp, barred: Mapping[str
 
 
 def _is_barred(free: FreeGrasp, barred: Mapping[str, Any]) -> bool:
-    grip = free.grasp.grip
-    return grip in barred and free.hold.required_force_N >= barred[grip]["force"]
+    kind = fingers_kind(free.grasp.grip, free.grasp.taper_rad)
+    return kind in barred and free.bending_Nmm >= barred[kind]["bending"]

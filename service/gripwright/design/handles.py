@@ -78,6 +78,7 @@ def best_handle(
         safety_factor=safety_factor(force_N, best.free.hold),
         grip_force_N=force_N if kind.grip == SURFACE else None,
         preferences=best.free.preferences,
+        bending_Nmm=best.free.bending_Nmm,
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from gripwright.design import catalogue
 from gripwright.design.analysis import AnalysedMesh, analyse
+from gripwright.design.barred import fingers_kind
 from gripwright.design.plan import Plan
 from gripwright.design.runner import Ref, Runner
 from gripwright.design.step_values import HouseActuators
@@ -17,8 +18,9 @@ from gripwright.domain.errors import Fault, InvalidInput, Rejection
 from gripwright.domain.gripper import FINGER_TOO_HEAVY, Actuator, Gripper, without_handles
 from gripwright.domain.shape import Mesh
 
-_ATTEMPTS = 6
-"""Selections before the operations of grippers that cannot be made are given up."""
+_HEAVIEST_ALONE, _ATTEMPTS, _HALVES = 2, 6, 4
+"""So many grippers of a kind that cannot be made lose the grasp that bends them most; further ones all that bends more than such
+fingers bear, found by halving the force so often; and from the last on an operation is given up for the kind."""
 
 _FLAT = "straight"  # the finger designer that shapes no tips
 
@@ -82,9 +84,8 @@ def _grippers(
     """The gripper set and the CAD of each gripper (None: it is owned); `shaping`: what shapes the tips, by operation.
 
     Where the finger is too heavy for its actuator, that one is offered with shorter fingers alone, and the set is chosen again.
-    Where no finger can be made for what a gripper has to bear, its heaviest grasp is barred, and with it all of the same grip
-    that are heavier in that operation, and the set is chosen again; after `_ATTEMPTS` with grippers of one grip their
-    operations are barred for it.
+    Where no finger can be made for what a gripper has to bear, its heaviest grasp is barred, and with it all of the same kind
+    of fingers that bend them more in that operation, and the set is chosen again: see `_given_up`.
     """
     barred: dict[str, dict[str, Any]] = {}
     too_heavy: dict[str, dict[str, Any]] = {}
@@ -98,19 +99,33 @@ def _grippers(
         refused = [
             (gripper, cad) for gripper, cad in zip(grippers, map(runner.get, cads), strict=True) if isinstance(cad, Rejection)
         ]
-        attempts.update({gripper.grip for gripper, _ in refused})
-        if not refused or max(attempts.values()) > 2 * _ATTEMPTS:
+        attempts.update({fingers_kind(gripper.grip, gripper.taper_rad) for gripper, _ in refused})
+        if not refused or max(attempts.values()) > _ATTEMPTS + len(problem["verdicts"]):
             return selection, cads
         for gripper, cad in refused:
-            last = attempts[gripper.grip] >= _ATTEMPTS
+            kind = fingers_kind(gripper.grip, gripper.taper_rad)
             if cad.code == FINGER_TOO_HEAVY:
-                limit = {"finger_length": 0.0 if last else gripper.finger_length_mm, "detail": cad.detail}
+                limit = {"finger_length": 0.0 if attempts[kind] >= _ATTEMPTS else gripper.finger_length_mm, "detail": cad.detail}
                 too_heavy = {**too_heavy, gripper.actuator.name: limit}
                 continue
-            heaviest = max(gripper.handles, key=lambda handle: handle.hold.required_force_N)
-            for handle in gripper.handles if last else (heaviest,):
-                limit = {"force": 0.0 if last else handle.hold.required_force_N, "detail": cad.detail}
-                barred = {**barred, handle.operation: {**barred.get(handle.operation, {}), gripper.grip: limit}}
+            for operation, bending in _given_up(gripper, attempts[kind], runner).items():
+                barred = {**barred, operation: {**barred.get(operation, {}), kind: {"bending": bending, "detail": cad.detail}}}
+
+
+def _given_up(gripper: Gripper, attempt: int, runner: Runner) -> dict[str, float]:
+    """From which `FreeGrasp.bending_Nmm` on grasps are barred, by operation, where no finger can be made for a gripper."""
+    heaviest = max(gripper.handles, key=lambda handle: handle.bending_Nmm)
+    if attempt <= _HEAVIEST_ALONE:
+        return {heaviest.operation: heaviest.bending_Nmm}
+    needed_N = max(handle.hold.required_force_N for handle in gripper.handles)
+    shares = [0.5**k for k in range(_HALVES + 1)]
+    alone = _ref(runner.put(without_handles(gripper)))
+    cads = runner.map("fingers", [{"gripper": alone, "required_force": share * needed_N} for share in shares])
+    unborne = min(share for share, cad in zip(shares, cads, strict=True) if isinstance(runner.get(cad), Rejection))
+    if attempt < _ATTEMPTS:
+        return {heaviest.operation: unborne * heaviest.bending_Nmm}
+    given_up = gripper.handles if unborne == shares[-1] else (heaviest,)
+    return {handle.operation: 0.0 for handle in given_up}
 
 
 def _with_tips(selection: Ref, shaping: Mapping[str, Mapping[str, Any]], runner: Runner) -> Ref:

@@ -47,13 +47,13 @@ STAGES: Mapping[str, Stage] = {
         Stage(name="segment", at=_AT, uses=("segmenter",), plan_fields=("seed",), version=5),
         Stage(name="fit", at=_AT, uses=("fitter",), plan_fields=("seed",), version=6),
         Stage(name="keep", at=_AT),
-        Stage(name="grips", at=_AT, uses=("affordance", "rule", "policy"), plan_fields=("plan", "seed"), version=2),
+        Stage(name="grips", at=_AT, uses=("affordance", "rule", "policy"), plan_fields=("plan", "seed"), version=3),
         Stage(
             name="constraints",
             at=_AT,
             uses=("hand", "planner", "holding"),
             plan_fields=("plan", "finest_rotation", "finest_step", "pad", *_GRASPING),
-            version=9,
+            version=11,
             remembers=True,
         ),
         Stage(

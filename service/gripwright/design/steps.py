@@ -113,12 +113,12 @@ def _grips(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunCont
 
 
 def _requirements(primitives: Sequence[Any], reason: str, toolbox: Toolbox) -> tuple[GripRequirement, ...] | Rejection:
-    answers = [rules.requirements(primitive, toolbox.rules) for primitive in primitives]
-    needs = [need for answer in answers if not isinstance(answer, Rejection) for need in answer]
-    if needs:
-        return tuple(sorted(needs, key=lambda need: need.grip == INTERNAL))  # a bore only where nothing is held from outside
-    refusals = [answer for answer in answers if isinstance(answer, Rejection)]
-    return refusals[0] if refusals else Rejection("no-type", reason)
+    if not primitives:
+        return Rejection("no-type", reason)
+    needs = rules.requirements(primitives, toolbox.rules)
+    if isinstance(needs, Rejection):
+        return needs
+    return tuple(sorted(needs, key=lambda need: need.grip == INTERNAL))  # a bore only where nothing is held from outside
 
 
 def _constraints(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> OperationVerdict:

@@ -65,6 +65,9 @@ class GripRequirement:
             raise ValueError(f"V tips are of {PARALLEL_2} and hold from outside; asked for is {self.gripper_type}, {self.grip}")
 
 
+_SHORTEST_FINGER_MM = 5.0  # a finger has some length, also where a grasp asks for none
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Grasp:
     """A hand pose on a component: `X_CG` is the gripper frame seen from the component's.
@@ -110,6 +113,11 @@ class FreeGrasp:
     hold: Hold
     rise: float = 0.0  # z of the approach direction in the product frame at the end: −1 the hand points down, 1 up
     preferences: tuple[Preference, ...] = ()  # of its requirement
+
+    @property
+    def bending_Nmm(self) -> float:
+        """What fingers have to bear of it at the least: the whole grip force at the end of fingers no longer than it needs."""
+        return self.hold.required_force_N * max(float(self.finger_length_min_mm.min()), _SHORTEST_FINGER_MM)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -97,6 +97,7 @@ class Handle:
     safety_factor: float | None  # grip force over the force that holding needs; None: the actuator's force is unknown
     grip_force_N: float | None = field(default=None, metadata=LATER)  # with this face, of an actuator without jaws
     preferences: tuple[Preference, ...] = ()  # of the house's policies
+    bending_Nmm: float = field(default=0.0, metadata=LATER)  # `FreeGrasp.bending_Nmm` of the grasp
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

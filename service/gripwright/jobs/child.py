@@ -18,13 +18,13 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from multiprocessing import forkserver
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any
 
 from gripwright.domain.errors import Cancelled, Fault, GripwrightError
 from gripwright.jobs.child_log import LogOfParent, log_for_child
+from gripwright.jobs.fork_server import FORKED, end_server, let_go_of_server
 from gripwright.jobs.plugin_calls import CallNote, PluginCalls
 
 Progress = Callable[[float, str], None]
@@ -40,10 +40,6 @@ _END_S = 2.0
 _PR_SET_PDEATHSIG = 1
 _FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM)  # of the kernel that needs memory, or of whoever looks after the machine
 _SHORTAGES = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EMFILE, errno.ENFILE, errno.EAGAIN, errno.ENOMEM)
-# Children share the cores among themselves; threads of the linear algebra inside each would only get in each other's way.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-_FORKED = multiprocessing.get_context("forkserver")
-_FORKED.set_forkserver_preload(["gripwright.jobs.preload"])
 _FRESH = multiprocessing.get_context("spawn")
 
 
@@ -75,6 +71,10 @@ class ChildLost(ChildFailure):
     """The child was killed, could not be started, or found a disk full: another one may be luckier."""
 
 
+class ChildNotStarted(ChildLost):
+    """The server that children are forked from ended, or did not get ready: it imports every plug-in."""
+
+
 class Refused(GripwrightError):
     """A GripwrightError that was raised in the child, with the code that it had there."""
 
@@ -86,11 +86,6 @@ class Refused(GripwrightError):
 def is_shortage(error: OSError) -> bool:
     """Whether the machine, not the work, is the reason: a full disk, too many open files."""
     return error.errno in _SHORTAGES
-
-
-def preload() -> None:
-    """Start the server that children are forked from, and return: it imports while this process does other things."""
-    forkserver.ensure_running()
 
 
 def run_in_child(
@@ -106,7 +101,7 @@ def run_in_child(
 
     `fresh`: in a new interpreter instead of a fork of the preloaded one, for work that imports little.
     """
-    context = _FRESH if fresh else _FORKED
+    context = _FRESH if fresh else FORKED
     receiver, sender = context.Pipe(duplex=False)
     deadline = time.monotonic() + limits.timeout_s
     try:
@@ -115,9 +110,9 @@ def run_in_child(
         if fresh:
             process.start()  # in this thread: the child dies with the thread that started it
         else:
-            _start(process, cancelled)
+            _start(process, deadline, cancelled)
     except (EOFError, OSError) as error:
-        raise ChildLost(f"could not be started: {error}") from error
+        raise ChildNotStarted(f"could not be started: {error}") from error
     finally:
         sender.close()
     try:
@@ -131,8 +126,8 @@ def run_in_child(
         receiver.close()
 
 
-def _start(process: BaseProcess, cancelled: Callable[[], bool]) -> None:
-    """Start a child of the prepared server, which may still be importing: nobody waits for that in vain."""
+def _start(process: BaseProcess, deadline: float, cancelled: Callable[[], bool]) -> None:
+    """Start a child of the prepared server, which may still be importing: nobody waits for that in vain, or for ever."""
     failures: list[Exception] = []
     is_unwanted = threading.Event()
 
@@ -148,10 +143,14 @@ def _start(process: BaseProcess, cancelled: Callable[[], bool]) -> None:
     thread.start()
     thread.join(_POLL_S)
     while thread.is_alive():
-        if cancelled():
+        stop: Exception | None = Cancelled("the caller asked to stop") if cancelled() else None
+        if stop is None and time.monotonic() > deadline:
+            stop = ChildNotStarted("could not be started in time")
+            end_server()
+        if stop is not None:
             is_unwanted.set()
             _kill(process)
-            raise Cancelled("the caller asked to stop")
+            raise stop
         thread.join(_POLL_S)
     for failure in failures:
         raise failure
@@ -233,7 +232,7 @@ def _main(work: Work, argument: Any, limits: Limits, sender: Connection, note: C
     _confine(limits)
     calls = PluginCalls(note, limits.plugin_memory_mb)
     lock = threading.Lock()
-    _let_go_of_server()
+    let_go_of_server()
 
     def send(kind: str, body: Any) -> None:
         with lock:
@@ -261,14 +260,6 @@ def _shortage_of_memory(limits: Limits, *, in_plugin: bool) -> str:
     if in_plugin and own is not None and own < limits.memory_mb:
         return f"needs more than the {own} MB of memory that one call of a plug-in may take"
     return f"needs more than {limits.memory_mb} MB of memory"
-
-
-def _let_go_of_server() -> None:
-    """Close the server's lifeline, of which a child has an end: it would keep the server, and so itself, beyond the worker."""
-    server: Any = forkserver._forkserver
-    lifeline, server._forkserver_alive_fd = server._forkserver_alive_fd, None
-    if lifeline is not None:
-        os.close(lifeline)
 
 
 def _confine(limits: Limits) -> None:

@@ -19,8 +19,9 @@ from gripwright.design.records import OwnTypes, RecordTypes, dumps, loads, recor
 from gripwright.design.runner import Ref
 from gripwright.design.toolbox import PluginVersion
 from gripwright.domain.errors import GripwrightError, PluginFailure
-from gripwright.jobs.child import ChildBroke, ChildFailure, ChildLost, Limits, Progress, is_shortage, run_in_child
-from gripwright.jobs.engine import PassingFailure, StepBroke, StepFailure
+from gripwright.jobs.child import Limits, Progress, is_shortage, run_in_child
+from gripwright.jobs.engine import StepFailure
+from gripwright.jobs.guarded import guarded
 from gripwright.jobs.installed import installed_registry
 from gripwright.jobs.plugin_calls import PluginCalls
 from gripwright.plugin_api import RunContext
@@ -130,7 +131,11 @@ def resolve_plan(
     """The plan that is run and the exact plug-ins and parameters it means; InvalidPlan names every fault."""
     plan = effective_plan(plan)
     argument = {"plan": plan.model_dump(mode="json"), "allow": workshop.plugins_allow}
-    return plan, _guarded("plan", lambda: run_in_child(_versions, argument, limits=workshop.limits, cancelled=cancelled))
+    return plan, guarded(
+        "plan",
+        workshop.plugins_allow,
+        lambda: run_in_child(_versions, argument, limits=workshop.limits, cancelled=cancelled),
+    )
 
 
 def step_call(stage: "Stage", inputs: Mapping[str, Any], plan: Plan, versions: Versions) -> StepCall:
@@ -176,8 +181,9 @@ def run_step(
         "stages_at": workshop.stages_at,
         "storage": workshop.storage,
     }
-    computation: Computation = _guarded(
+    computation: Computation = guarded(
         call["stage"],
+        workshop.plugins_allow,
         lambda: run_in_child(_compute, argument, limits=workshop.limits, on_progress=on_progress, cancelled=cancelled),
     )
     return computation
@@ -188,18 +194,6 @@ def _stored(store: StepStore, ref: Ref, types: RecordTypes) -> Any:
     if data is None:
         raise StepFailure(f"the stored result {ref} is gone: retry the design")
     return loads(data, types)
-
-
-def _guarded(stage: str, run: Callable[[], Any]) -> Any:
-    """What `run` returns; a child that failed is a StepFailure of its stage, and names the plug-in that it called."""
-    try:
-        return run()
-    except ChildFailure as failure:
-        where = "" if failure.plugin is None else f", in {failure.plugin}"
-        plugin = None if failure.plugin is None else failure.plugin.partition(" ")[0]
-        log.warning("step %s: %s%s", stage, failure, where)
-        kind = PassingFailure if isinstance(failure, ChildLost) else StepBroke if isinstance(failure, ChildBroke) else StepFailure
-        raise kind(f"the step {stage!r} {failure}{where}", stage=stage, plugin=plugin) from failure
 
 
 # What follows runs in a child.

@@ -9,10 +9,10 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NoReturn
 
-from gripwright.jobs.child import preload
 from gripwright.jobs.dbos_engine import DbosEngine
 from gripwright.jobs.deliveries import DeliveryLoop
 from gripwright.jobs.engine import DesignJobs, JobEngine, PassingFailure, problem_of
+from gripwright.jobs.fork_server import preload
 from gripwright.jobs.hosts import Lease, Watch, join_workers
 from gripwright.jobs.housekeeping import Housekeeping
 from gripwright.jobs.steps import Workshop

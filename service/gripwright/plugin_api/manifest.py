@@ -12,12 +12,17 @@ KINDS = ("segmenter", "fitter", "affordance", "rule", "hand", "planner", "holdin
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PluginEntry:
-    """One plug-in: its kind, key and where its class is, as `module:Class`. `primitives` names the classes it returns."""
+    """One plug-in: its kind, key and where its class is, as `module:Class`. `primitives` names the classes it returns.
+
+    `samples` is what `plugins check` asks it besides the built-in samples, a function without arguments as `module:function`;
+    nothing else imports it.
+    """
 
     kind: str
     key: str
     target: str
     primitives: tuple[str, ...] = ()  # "module:Class" of primitives of its own
+    samples: str = ""  # "module:function", returns `gripwright.testing.Sample`s and, for rules, primitives
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

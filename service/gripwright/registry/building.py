@@ -13,6 +13,7 @@ from gripwright.design.toolbox import PluginVersion, Toolbox, record_classes
 from gripwright.domain.errors import InvalidPlan
 from gripwright.plugin_api import GraspPlanner, Params
 from gripwright.registry.discovery import InstalledPlugin, Registry
+from gripwright.registry.parameters import schema_faults
 from gripwright.registry.plans import chosen, effective_plan, plan_faults
 
 Make = Callable[[InstalledPlugin, Params], Any]
@@ -70,11 +71,12 @@ def parse_params(installed: InstalledPlugin, params: dict[str, Any]) -> Params:
 
 
 def _params_faults(registry: Registry, kind: str, key: str, params: dict[str, Any]) -> list[tuple[str, str]]:
-    """(name, message) of each fault, by the plug-in's own model."""
+    """(name, message) of each fault, by the plug-in's own model; worded by its JSON Schema where that sees one."""
     installed = registry.find(kind, key)
     assert installed is not None
     try:
         parse_params(installed, params)
     except ValidationError as error:
-        return [("/".join(str(part) for part in fault["loc"]), fault["msg"]) for fault in error.errors()]
+        by_model = [("/".join(str(part) for part in fault["loc"]), fault["msg"]) for fault in error.errors()]
+        return schema_faults(installed.plugin.params_model.model_json_schema(), params) or by_model
     return []

@@ -4,12 +4,12 @@ import json
 import subprocess
 import sys
 from collections.abc import Collection, Mapping
-from math import inf
 from typing import Any, TypedDict
 
 from gripwright.design.plan import Plan, plan_of
 from gripwright.domain.errors import Fault, InvalidPlan, PluginFailure
 from gripwright.registry.discovery import InstalledPlugin, Registry
+from gripwright.registry.parameters import schema_faults
 from gripwright.registry.plans import effective_plan, plan_faults
 
 LOADING = "loading "
@@ -44,7 +44,10 @@ class RegistryDescription(TypedDict):
 
 
 class RegistryUnreadable(PluginFailure):
-    """The child process that lists the plug-ins ended badly; a plug-in crashes at import, or strict loading failed."""
+    """The child process that lists the plug-ins ended badly; a plug-in crashes at import, or strict loading failed.
+
+    `distribution` in the context is the one that was loaded.
+    """
 
 
 def describe(registry: Registry) -> RegistryDescription:
@@ -68,25 +71,26 @@ def describe_in_child(
         run = subprocess.run(command, capture_output=True, text=True, timeout=timeout_s, check=False)
     except subprocess.TimeoutExpired as expired:
         printed = expired.stdout.decode(errors="replace") if isinstance(expired.stdout, bytes) else expired.stdout or ""
-        raise RegistryUnreadable(f"listing the plug-ins took more than {timeout_s:.0f} s{_while_loading(printed)}") from None
+        raise _unreadable(f"took more than {timeout_s:.0f} s", printed) from None
     if run.returncode != 0:
         last = run.stderr.strip().splitlines()[-1:] or ["no message"]
-        raise RegistryUnreadable(f"listing the plug-ins ended with code {run.returncode}{_while_loading(run.stdout)}: {last[0]}")
+        raise _unreadable(f"ended with code {run.returncode}", run.stdout, f": {last[0]}")
     description: RegistryDescription = json.loads(run.stdout.splitlines()[-1])
     return description
 
 
-def _while_loading(printed: str) -> str:
-    """Which distribution was loaded last, in words."""
+def _unreadable(what: str, printed: str, last: str = "") -> RegistryUnreadable:
+    """What happened, and while which distribution was loaded."""
     lines = [line.removeprefix(LOADING) for line in printed.splitlines() if line.startswith(LOADING)]
-    return f" while {lines[-1]} was loaded" if lines else ""
+    loading = f" while {lines[-1]} was loaded" if lines else ""
+    return RegistryUnreadable(f"listing the plug-ins {what}{loading}{last}", distribution=lines[-1] if lines else None)
 
 
 def check_options(options: Mapping[str, Any], description: RegistryDescription) -> Plan:
     """The plan of options as given, checked against what is installed. InvalidPlan names every fault at its place."""
     plan = effective_plan(plan_of(options))
     schemas = {(plugin["kind"], plugin["key"]): plugin["options"] for plugin in description["plugins"]}
-    faults = plan_faults(plan, schemas, lambda kind, key, params: _schema_faults(schemas[kind, key], params))
+    faults = plan_faults(plan, schemas, lambda kind, key, params: schema_faults(schemas[kind, key], params))
     if faults:
         placed = tuple(Fault(pointer=_as_given(fault.pointer, options), message=fault.message) for fault in faults)
         raise InvalidPlan("the plan cannot be run with what is installed", faults=placed)
@@ -111,20 +115,3 @@ def _describe(plugin: InstalledPlugin) -> PluginDescription:
         options=plugin.plugin.params_model.model_json_schema(),
         warnings=list(plugin.warnings),
     )
-
-
-def _schema_faults(schema: dict[str, Any], params: dict[str, Any]) -> list[tuple[str, str]]:
-    from jsonschema import Draft202012Validator
-
-    unreal = [(name, f"{value} is not a number") for name, value in params.items() if value != value or value in (inf, -inf)]
-    errors = sorted(Draft202012Validator(schema).iter_errors(params), key=lambda error: list(map(str, error.absolute_path)))
-    return unreal + [
-        (name, error.message) for error in errors for name in _names(error.validator, list(error.absolute_path), params, schema)
-    ]
-
-
-def _names(validator: str, path: list[str | int], params: dict[str, Any], schema: dict[str, Any]) -> list[str]:
-    """Which parameters an error is about: its path, or the unknown names, which the schema reports at their parent."""
-    if validator == "additionalProperties" and not path:
-        return sorted(set(params) - set(schema.get("properties", {})))
-    return ["/".join(str(part) for part in path)]

@@ -24,6 +24,7 @@ class InstalledPlugin:
     version: str
     distribution: str
     record_classes: tuple[type, ...] = ()
+    samples: str = ""  # "module:function" of its own samples, which the checks import
     warnings: tuple[str, ...] = ()  # what it uses of the contract that is deprecated
 
     @property
@@ -58,7 +59,7 @@ class Registry:
 
 
 class PluginLoadError(Exception):
-    """Strict loading met a failure."""
+    """Strict loading met a failure, or the samples of a plug-in cannot be had."""
 
 
 class _Unusable(Exception):
@@ -146,8 +147,21 @@ def _load_plugin(entry: PluginEntry, manifest: Manifest, distribution: str) -> I
         version=manifest.version,
         distribution=distribution,
         record_classes=primitives,
+        samples=entry.samples,
         warnings=deprecations_of(manifest, plugin, PROTOCOLS[entry.kind]),
     )
+
+
+def load_samples(plugin: InstalledPlugin) -> tuple[Any, ...]:
+    """What the checks ask a plug-in besides the built-in samples; PluginLoadError where its function does not give them."""
+    if not plugin.samples:
+        return ()
+    try:
+        return tuple(_import(plugin.samples, plugin.name)())
+    except _Unusable as unusable:
+        raise PluginLoadError(unusable.args[1]) from unusable
+    except (Exception, SystemExit) as error:
+        raise PluginLoadError(f"{plugin.samples} raises {type(error).__name__}: {error}") from error
 
 
 def _import(target: str, name: str) -> Any:

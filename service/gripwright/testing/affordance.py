@@ -3,18 +3,16 @@
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from gripwright.domain.affordance import MARKED, Forbidden
 from gripwright.domain.assembly import GraspRegion
-from gripwright.testing.samples import sample_components
 from gripwright.testing.trial import Case, Check, Trial
 
 
-def cases(plugin: Any) -> list[Case]:
-    """One a sample component, its second segment marked as not to be touched."""
+def cases(trial: Trial) -> list[Case]:
+    """One a component, its second segment marked as not to be touched."""
     marked = (GraspRegion(reason="ground surface", segments=(1,)),)
     return [
         Case(
@@ -22,7 +20,7 @@ def cases(plugin: Any) -> list[Case]:
             method="detect",
             arguments={"component": replace(sample.component, no_grasp=marked), "segments": sample.segments},
         )
-        for sample in sample_components()
+        for sample in trial.components
     ]
 
 

@@ -2,10 +2,10 @@
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
 
+from gripwright.domain.shape import Primitive
 from gripwright.plugin_api.checks import PROTOCOLS
 from gripwright.testing import (
     affordance,
@@ -20,6 +20,7 @@ from gripwright.testing import (
     rules,
     segmenters,
 )
+from gripwright.testing.samples import Sample
 from gripwright.testing.trial import Check, Finding, Trial
 
 if TYPE_CHECKING:
@@ -50,15 +51,18 @@ def checks_for(kind: str) -> tuple[Check, ...]:
     return (*general.GATES, *general.CHECKS, *_KINDS[kind].CHECKS)
 
 
-def check_plugin(plugin_class: Any, *, time_limit_s: float = TIME_LIMIT_S) -> list[Finding]:
+def check_plugin(
+    plugin_class: Any, *, samples: Sequence[Sample | Primitive] = (), time_limit_s: float = TIME_LIMIT_S
+) -> list[Finding]:
     """Every rule of the contract that the plug-in breaks; empty: none.
 
-    What cannot be called, or does not answer, is not checked further.
+    What cannot be called, or does not answer, is not checked further. `samples` are asked besides the built-in ones:
+    components of what looks at components, primitives of rules.
     """
     kind = kind_of(plugin_class)
     if kind is None:
         return [Finding("contract", f"{plugin_class!r} has the methods of no kind of plug-in: {', '.join(PROTOCOLS)}")]
-    trial = _trial(plugin_class, kind)
+    trial = _trial(plugin_class, kind, samples)
     for gate in general.GATES:
         if found := gate.findings(trial, time_limit_s):
             return found
@@ -66,15 +70,17 @@ def check_plugin(plugin_class: Any, *, time_limit_s: float = TIME_LIMIT_S) -> li
     return [finding for check in checks for finding in check.findings(trial, time_limit_s)]
 
 
-def parametrize_with_checks(plugins: Sequence[Any], *, time_limit_s: float = TIME_LIMIT_S) -> "pytest.MarkDecorator":
-    """Parametrise a test by (plugin, check): `assert check(plugin) == []`."""
+def parametrize_with_checks(
+    plugins: Sequence[Any], *, samples: Sequence[Sample | Primitive] = (), time_limit_s: float = TIME_LIMIT_S
+) -> "pytest.MarkDecorator":
+    """Parametrise a test by (plugin, check): `assert check(plugin) == []`. `samples` as of `check_plugin`, for all of them."""
     import pytest
 
     cases = [
-        pytest.param(plugin, _bound(check, kind, time_limit_s), id=f"{plugin.__name__}-{check.name.replace(' ', '-')}")
+        pytest.param(plugin, _bound(check, trial, time_limit_s), id=f"{plugin.__name__}-{check.name.replace(' ', '-')}")
         for plugin in plugins
-        for kind in [_known_kind(plugin)]
-        for check in checks_for(kind)
+        for trial in [_trial(plugin, _known_kind(plugin), samples)]
+        for check in checks_for(trial.kind)
     ]
     return pytest.mark.parametrize(("plugin", "check"), cases)
 
@@ -95,11 +101,10 @@ def _known_kind(plugin_class: Any) -> str:
     return kind
 
 
-def _bound(check: Check, kind: str, time_limit_s: float) -> Callable[[Any], list[str]]:
-    return lambda plugin: [str(finding) for finding in check.findings(_trial(plugin, kind), time_limit_s)]
+def _bound(check: Check, trial: Trial, time_limit_s: float) -> Callable[[Any], list[str]]:
+    """The check of one plug-in, whose runs are made once, whichever check asks first."""
+    return lambda plugin: [str(finding) for finding in check.findings(trial, time_limit_s)]
 
 
-@lru_cache(maxsize=64)
-def _trial(plugin_class: Any, kind: str) -> Trial:
-    """Its runs are made once, whichever check asks first."""
-    return Trial(plugin_class, kind, _KINDS[kind].cases)
+def _trial(plugin_class: Any, kind: str, samples: Sequence[Sample | Primitive]) -> Trial:
+    return Trial(plugin_class, kind, _KINDS[kind].cases, tuple(samples))

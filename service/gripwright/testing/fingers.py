@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -30,21 +29,21 @@ _V_TAPERS = (0.0, *_TAPERS)
 _DENSITIES_KG_M3 = (500.0, 20_000.0)
 
 
-def cases(plugin: Any) -> list[Case]:
+def cases(trial: Trial) -> list[Case]:
     """Each grip that it serves of each gripper type; besides, a groove of a tip shaper, tapered and V tips of who makes them."""
     specs = {
         f"{gripper_type}, {grip}": _face_spec(gripper_type) if grip == SURFACE else _spec(gripper_type, grip)
-        for gripper_type in sorted(plugin.gripper_types)
-        for grip in sorted(grips_of(plugin))
+        for gripper_type in sorted(trial.plugin.gripper_types)
+        for grip in sorted(grips_of(trial.plugin))
     }
-    if hasattr(plugin, "groove") and CENTRIC_3 in plugin.gripper_types:
+    if hasattr(trial.plugin, "groove") and CENTRIC_3 in trial.plugin.gripper_types:
         specs[f"{CENTRIC_3}, grooved"] = replace(_spec(CENTRIC_3, EXTERNAL), groove=_GROOVE)
-    if hasattr(plugin, "tapers"):
-        for gripper_type in sorted(plugin.gripper_types):
+    if hasattr(trial.plugin, "tapers"):
+        for gripper_type in sorted(trial.plugin.gripper_types):
             for degrees in _TAPERS:
                 spec = replace(_spec(gripper_type, EXTERNAL), taper_rad=float(np.radians(degrees)))
                 specs[f"{gripper_type}, tapered {degrees:g}°"] = spec
-    if hasattr(plugin, "has_v") and PARALLEL_2 in plugin.gripper_types:
+    if hasattr(trial.plugin, "has_v") and PARALLEL_2 in trial.plugin.gripper_types:
         for taper in map(float, np.radians(_V_TAPERS)):
             specs[f"{PARALLEL_2}, V tips, tapered {np.degrees(taper):g}°"] = _v_spec(taper)
     return [Case(name=name, method="design", arguments={"spec": spec}) for name, spec in specs.items()]

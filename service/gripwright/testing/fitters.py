@@ -11,25 +11,34 @@ from gripwright.domain.errors import Rejection
 from gripwright.domain.shape import DrawnPrimitive, Mesh, Primitive
 from gripwright.geometry.adjacency import face_adjacency
 from gripwright.geometry.measures import volume_mm3 as drawn_mm3
-from gripwright.testing.samples import fake_context, sample_components
-from gripwright.testing.trial import Case, Check, Trial, is_length
+from gripwright.testing.samples import fake_context
+from gripwright.testing.trial import OWN_SAMPLES, Case, Check, Trial, is_length
 
 _SCALE = 10.0
 _NEAR = 100.0
 _PICTURE = 0.02  # tessellation of what is drawn
 
 
-def cases(plugin: Any) -> list[Case]:
-    """One a segment of each sample component."""
+def cases(trial: Trial) -> list[Case]:
+    """One a segment of each component."""
     return [
         Case(
             name=f"{sample.name}, segment {segment.id}",
             method="fit",
             arguments={"component": sample.component, "segment": segment},
         )
-        for sample in sample_components()
+        for sample in trial.components
         for segment in sample.segments
     ]
+
+
+def fits(trial: Trial) -> Iterable[str]:
+    """Some sample is of the shape that it looks for: else the checks of primitives look at nothing."""
+    if not any(trial.answers()):
+        yield (
+            f"none of {len(trial.runs)} segments is answered with a primitive, so json, unit, picture and scale have nothing "
+            f"to look at; give samples of the shape: {OWN_SAMPLES}"
+        )
 
 
 def primitive(trial: Trial) -> Iterable[str]:
@@ -89,7 +98,7 @@ def unit(trial: Trial) -> Iterable[str]:
 def scale(trial: Trial) -> Iterable[str]:
     """Ten times the size gives ten times the lengths."""
     answered = {run.case.name: run.answer for run in trial.runs}
-    for sample in sample_components():
+    for sample in trial.components:
         larger = sample.scaled(_SCALE)
         for segment in larger.segments:
             name = f"{sample.name}, segment {segment.id}"
@@ -126,6 +135,7 @@ def picture(trial: Trial) -> Iterable[str]:
 
 
 CHECKS = (
+    Check("fits", "some sample is answered with a primitive", fits),
     Check("primitive", "a primitive keeps its Protocol, a no has a code and a sentence", primitive),
     Check("json", "to_dict holds JSON values", as_json),
     Check("unit", "lengths are mm", unit),

@@ -9,12 +9,14 @@ import sys
 import time
 from collections.abc import Iterable
 
+import numpy as np
 from pydantic import ValidationError
 
 from gripwright.domain.errors import Cancelled
+from gripwright.domain.shape import Primitive
 from gripwright.plugin_api.checks import contract_faults
 from gripwright.testing.leaves import first_difference, leaves
-from gripwright.testing.samples import fake_context
+from gripwright.testing.samples import Sample, fake_context
 from gripwright.testing.trial import Case, Check, Trial
 
 _CONSTRUCTION_S = 0.02
@@ -25,6 +27,20 @@ _PUBLIC = frozenset({"domain", "geometry", "plugin_api", "testing"})
 def contract(trial: Trial) -> Iterable[str]:
     """What can be seen without running it."""
     return contract_faults(trial.plugin, trial.kind, getattr(trial.plugin, "key", ""))
+
+
+def samples(trial: Trial) -> Iterable[str]:
+    """The author's own samples can be asked: components divided into segments, or primitives."""
+    names = [sample.name for sample in trial.components]
+    for number, sample in enumerate(trial.samples):
+        if isinstance(sample, Sample):
+            faces, count = np.concatenate([segment.faces for segment in sample.segments]), len(sample.component.mesh.faces)
+            if not np.array_equal(np.sort(faces), np.arange(count)):
+                yield f"sample {sample.name!r}: its segments do not hold each of its {count} faces once"
+            if names.count(sample.name) > 1:
+                yield f"sample {sample.name!r}: the name is taken by another sample"
+        elif not isinstance(sample, Primitive):
+            yield f"sample {number} is a {type(sample).__name__}, neither a Sample nor a Primitive"
 
 
 def parameters(trial: Trial) -> Iterable[str]:
@@ -159,6 +175,7 @@ def cancellation(trial: Trial) -> Iterable[str]:
 
 GATES = (
     Check("contract", "class variables and arguments are as the Protocol says", contract),
+    Check("samples", "own samples are components in segments, or primitives", samples),
     Check("answers", "every sample gets an answer in time, an expected no as a Rejection", answers),
 )
 """What must hold before anything else can be checked."""

@@ -20,9 +20,9 @@ _TOLERANCE_MM = 1e-6
 _ROUND = 1.1  # a prism around the envelope's cylinder, of eight sides or more
 
 
-def cases(plugin: Any) -> list[Case]:
+def cases(trial: Trial) -> list[Case]:
     """Several openings and lengths, both grips of jaws; of a face its own."""
-    grips, lengths = _grips(plugin), _lengths_mm(plugin)
+    grips, lengths = _grips(trial.plugin), _lengths_mm(trial.plugin)
     return [
         *(Case(name=f"W = {w:g} mm", method="finger_poses", arguments={"opening_width_mm": w}) for w in _WIDTHS_MM),
         *(

@@ -25,10 +25,10 @@ _FORCES_N = (0.1, 1e4)  # for one of these masses
 _ENTER_MM = 1e-6
 
 
-def cases(plugin: Any) -> list[Case]:
+def cases(trial: Trial) -> list[Case]:
     """A flat face of a box, upright and tilted; two loads; faces of two sizes on one actuator."""
     found = []
-    for gripper_type in sorted(plugin.gripper_types):
+    for gripper_type in sorted(trial.plugin.gripper_types):
         hand = SampleFace(gripper_type, _FACE_MM)
         for prefix, X_CB in (("", np.eye(4)), ("tilted ", TILTED)):
             sample = next(sample for sample in sample_components() if sample.name == f"{prefix}box with boss")

@@ -1,7 +1,6 @@
 """Checks of gripper-set optimizers: what a solution claims, it does."""
 
 from collections.abc import Iterable
-from typing import Any
 
 from gripwright.domain.grasp import CENTRIC_3, PARALLEL_2, SURFACE, GraspConstraint
 from gripwright.domain.gripper_set import ChosenGripper, ComponentAlternatives, GripperClass, GripperSet, GripperSetProblem
@@ -22,7 +21,7 @@ _FEWEST = {
 """Name → the fewest grippers, by hand."""
 
 
-def cases(plugin: Any) -> list[Case]:
+def cases(trial: Trial) -> list[Case]:
     """Problems small enough to be solved by hand."""
     a, b = (PARALLEL_2, 20.0), (PARALLEL_2, 23.0)
     problems = {

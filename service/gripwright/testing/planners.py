@@ -10,7 +10,7 @@ from gripwright.domain.grasp import CENTRIC_3, CENTRIC_4, EXTERNAL, PARALLEL_2, 
 from gripwright.domain.shape import FloatArray
 from gripwright.geometry.frames import is_rigid, moved
 from gripwright.plugin_api import grips_of
-from gripwright.testing.primitives import centric_requirement, face_requirement, parallel_requirement
+from gripwright.testing.primitives import centric_requirement, face_requirement, parallel_requirement, v_requirement
 from gripwright.testing.sample_hands import SampleFace, SampleHand
 from gripwright.testing.samples import TILTED, sample_components
 from gripwright.testing.trial import Case, Check, Trial, is_length
@@ -18,13 +18,13 @@ from gripwright.testing.trial import Case, Check, Trial, is_length
 _ALONG = np.cos(np.radians(1.0))
 
 
-def cases(plugin: Any) -> list[Case]:
-    """A shaft for centric grippers, a box for parallel ones, both for a type that is not known here; a box for a face."""
+def cases(trial: Trial) -> list[Case]:
+    """A shaft for centric grippers and V tips, a box for parallel ones, both for a type that is unknown; a box for a face."""
     samples = {sample.name: sample for sample in sample_components()}
     found = []
-    for gripper_type in sorted(plugin.gripper_types):
+    for gripper_type in sorted(trial.plugin.gripper_types):
         for prefix, X_CB in (("", np.eye(4)), ("tilted ", TILTED)):
-            for name, requirement in _asked(plugin, gripper_type, X_CB):
+            for name, requirement in _asked(trial.plugin, gripper_type, X_CB):
                 sample, hand = samples[prefix + name], _hand(requirement)
                 arguments = {"component": sample.component, "segment": sample.segments[0], "requirement": requirement}
                 title = f"{prefix}{name}, {gripper_type}{' by a face' if requirement.grip == SURFACE else ''}"
@@ -39,6 +39,8 @@ def _asked(plugin: Any, gripper_type: str, X_CB: FloatArray) -> Iterable[tuple[s
         yield "stepped shaft", centric_requirement(X_CB, gripper_type)
     if EXTERNAL in grips and gripper_type not in (CENTRIC_3, CENTRIC_4):
         yield "box with boss", parallel_requirement(X_CB, gripper_type)
+    if EXTERNAL in grips and gripper_type == PARALLEL_2:
+        yield "stepped shaft", v_requirement(X_CB)
     if SURFACE in grips:
         yield "box with boss", face_requirement(X_CB, gripper_type)
 

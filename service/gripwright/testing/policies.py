@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +22,7 @@ _ACTUATORS = (
 )
 
 
-def cases(plugin: Any) -> list[Case]:
+def cases(trial: Trial) -> list[Case]:
     """Segments with and without marks, as a centric and as a parallel gripper would hold them; two actuators."""
     asked = {"centric": centric_requirement(np.eye(4)), "parallel": parallel_requirement(np.eye(4))}
     grips = [

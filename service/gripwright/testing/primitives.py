@@ -4,10 +4,13 @@ import numpy as np
 
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, PARALLEL_2, SURFACE, GripRequirement
 from gripwright.domain.shape import Box, Cylinder, FloatArray, Primitive
+from gripwright.domain.v_tip import Vee
+from gripwright.geometry.drawn import primitive_mesh
 from gripwright.geometry.frames import transform
 from gripwright.testing.samples import TILTED
 
 _Z = np.array([0.0, 0.0, 1.0])
+_NEAR, _SLENDER = 100.0, 50.0
 
 
 def cylinder(X_CB: FloatArray, *, internal: bool = False) -> Cylinder:
@@ -41,12 +44,21 @@ def sample_primitives() -> dict[str, Primitive]:
     return found
 
 
-def size_mm(primitive: Primitive) -> float:
-    """The largest extent of a sample primitive."""
+def widths_mm(primitive: Primitive) -> tuple[float, float]:
+    """The least and the largest opening that may hold a primitive: a share of its extent, and all of it.
+
+    One that does not say what it looks like may be flat or long.
+    """
     if isinstance(primitive, Cylinder):
-        return float(np.hypot(2.0 * primitive.radius_mm, primitive.height_mm))
-    assert isinstance(primitive, Box)
-    return float(np.linalg.norm(primitive.extents_mm))
+        extent = float(np.hypot(2.0 * primitive.radius_mm, primitive.height_mm))
+    elif isinstance(primitive, Box):
+        extent = float(np.linalg.norm(primitive.extents_mm))
+    elif (drawn := primitive_mesh(primitive)) is not None:
+        extent = float(np.linalg.norm(np.ptp(drawn.vertices_mm, axis=0)))
+    else:
+        cube = float(np.cbrt(primitive.volume_mm3))
+        return cube / _SLENDER, cube * _SLENDER
+    return extent / _NEAR, extent * 1.001
 
 
 def centric_requirement(X_CB: FloatArray, gripper_type: str = CENTRIC_3) -> GripRequirement:
@@ -73,6 +85,21 @@ def parallel_requirement(X_CB: FloatArray, gripper_type: str = PARALLEL_2) -> Gr
         grip_axes_C=X_CB[None, :3, 1].copy(),
         primitive=box(X_CB),
         rule="sample",
+    )
+
+
+def v_requirement(X_CB: FloatArray) -> GripRequirement:
+    """Hold the cylinder along its axis by two fingers with a V."""
+    held, vee = cylinder(X_CB), Vee(angle_rad=float(np.radians(120.0)), depth_mm=4.0)
+    return GripRequirement(
+        gripper_type=PARALLEL_2,
+        opening_width_mm=vee.opening_mm(held.radius_mm),
+        grip=EXTERNAL,
+        approach_C=np.stack([-held.axis_C, held.axis_C]),
+        grip_axes_C=np.zeros((0, 3)),
+        primitive=held,
+        rule="sample",
+        vee=vee,
     )
 
 

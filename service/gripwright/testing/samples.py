@@ -28,6 +28,22 @@ class Sample:
     component: Component
     segments: tuple[Segment, ...]
 
+    @classmethod
+    def of(cls, name: str, mesh: Mesh, labels: IntArray | None = None) -> "Sample":
+        """A closed mesh (mm) as a sample: its faces are one segment, or those of `labels` (m,), numbers from 0."""
+        numbers = np.zeros(len(mesh.faces), dtype=np.int64) if labels is None else labels
+        return cls(
+            name=name,
+            component=Component(id=name.replace(" ", "-"), mesh=mesh, X_PC=IDENTITY),
+            segments=tuple(_segment(k, mesh, np.flatnonzero(numbers == k)) for k in range(numbers.max() + 1)),
+        )
+
+    def tilted(self) -> "Sample":
+        """The same component in a pose that is aligned with no axis."""
+        component = self.component
+        mesh = replace(component.mesh, vertices_mm=transform(TILTED, component.mesh.vertices_mm))
+        return replace(self, name=f"tilted {self.name}", component=replace(component, id=f"tilted-{component.id}", mesh=mesh))
+
     def scaled(self, factor: float) -> "Sample":
         """The same component at another size."""
         component = self.component
@@ -42,7 +58,7 @@ class Sample:
 def sample_components() -> tuple[Sample, ...]:
     """A stepped shaft, a box with a boss, a ring, a ball, a truncated cone and a hexagonal prism; along the axes and tilted."""
     upright = (_stepped_shaft(), _box_with_boss(), _ring(), _ball(), _truncated_cone(), _hexagonal_prism())
-    return (*upright, *(_tilted(sample) for sample in upright))
+    return (*upright, *(sample.tilted() for sample in upright))
 
 
 def fake_context(seed: int = 0, progress: Callable[[float, str], None] | None = None) -> RunContext:
@@ -91,9 +107,7 @@ def _sample(name: str, solid: manifold3d.Manifold, second: Callable[[FloatArray]
     """A solid whose faces are one segment, or two; `second` tells the second one's by their centres (m, 3)."""
     found = solid.to_mesh64()
     mesh = Mesh(vertices_mm=np.array(found.vert_properties[:, :3], dtype=float), faces=np.array(found.tri_verts, dtype=np.int64))
-    labels = second(face_centres_mm(mesh)).astype(int) if second is not None else np.zeros(len(mesh.faces), dtype=int)
-    segments = tuple(_segment(k, mesh, np.flatnonzero(labels == k)) for k in range(labels.max() + 1))
-    return Sample(name=name, component=Component(id=name.replace(" ", "-"), mesh=mesh, X_PC=IDENTITY), segments=segments)
+    return Sample.of(name, mesh, None if second is None else second(face_centres_mm(mesh)).astype(np.int64))
 
 
 def _segment(number: int, mesh: Mesh, faces: IntArray) -> Segment:
@@ -104,10 +118,3 @@ def _segment(number: int, mesh: Mesh, faces: IntArray) -> Segment:
         area_mm2=float(face_areas_mm2(part).sum()),
         hull_volume_mm3=manifold3d.Manifold.hull_points(part.vertices_mm).volume(),
     )
-
-
-def _tilted(sample: Sample) -> Sample:
-    component = sample.component
-    mesh = replace(component.mesh, vertices_mm=transform(TILTED, component.mesh.vertices_mm))
-    component = replace(component, id=f"tilted-{component.id}", mesh=mesh)
-    return Sample(name=f"tilted {sample.name}", component=component, segments=sample.segments)

@@ -9,15 +9,14 @@ import numpy as np
 from gripwright.domain.shape import Mesh, Segment
 from gripwright.geometry.adjacency import connected_labels, exterior_angles_rad, face_adjacency
 from gripwright.geometry.measures import face_areas_mm2
-from gripwright.testing.samples import sample_components
 from gripwright.testing.trial import Case, Check, Trial
 
 _EDGE_RAD = np.radians(20.0)  # above the turn between the facets of a sample's round surface
 
 
-def cases(plugin: Any) -> list[Case]:
-    """One a sample component, as if read from STEP, and one whose file has triangles alone."""
-    samples = [(sample.name, sample.component) for sample in sample_components()]
+def cases(trial: Trial) -> list[Case]:
+    """One a component, as if read from STEP, and one whose file has triangles alone."""
+    samples = [(sample.name, sample.component) for sample in trial.components]
     of_step = [(name, replace(component, mesh=_with_cad_faces(component.mesh))) for name, component in samples]
     named = [*of_step, ("triangles alone", samples[0][1])]
     return [Case(name=name, method="segment", arguments={"component": component}) for name, component in named]

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from gripwright.domain.errors import Rejection
+from gripwright.domain.shape import Primitive
 from gripwright.plugin_api import RunContext
 from gripwright.testing.leaves import leaves
-from gripwright.testing.samples import fake_context
+from gripwright.testing.samples import Sample, fake_context, sample_components
 from gripwright.testing.time_limit import TimeUp, time_limit
 
 
@@ -42,15 +43,31 @@ class Run:
     arguments_after: dict[str, bytes]
 
 
+OWN_SAMPLES = "as `samples` of its PluginEntry, and of check_plugin or parametrize_with_checks"
+"""Where an author's own samples are taken from."""
+
+
 class DidNotAnswer(Exception):
     """A case that ended with an exception."""
 
 
 class Trial:
-    """A plug-in class and its runs; they are made when they are first asked for."""
+    """A plug-in class and its runs; they are made when they are first asked for. `samples` are the author's own."""
 
-    def __init__(self, plugin: Any, kind: str, cases_of: Callable[[Any], Sequence[Case]]) -> None:
-        self.plugin, self.kind, self._cases_of = plugin, kind, cases_of
+    def __init__(
+        self, plugin: Any, kind: str, cases_of: "Callable[[Trial], Sequence[Case]]", samples: Sequence[Any] = ()
+    ) -> None:
+        self.plugin, self.kind, self._cases_of, self.samples = plugin, kind, cases_of, samples
+
+    @property
+    def components(self) -> tuple[Sample, ...]:
+        """The built-in sample components, and the author's own."""
+        return (*sample_components(), *(sample for sample in self.samples if isinstance(sample, Sample)))
+
+    @property
+    def own_primitives(self) -> tuple[Primitive, ...]:
+        """The primitives among the author's samples."""
+        return tuple(sample for sample in self.samples if isinstance(sample, Primitive))
 
     def instance(self) -> Any:
         """One with default parameters."""
@@ -59,7 +76,7 @@ class Trial:
     @cached_property
     def cases(self) -> tuple[Case, ...]:
         """What a plug-in of this kind is asked."""
-        return tuple(self._cases_of(self.plugin))
+        return tuple(self._cases_of(self))
 
     @cached_property
     def runs(self) -> tuple[Run, ...]:

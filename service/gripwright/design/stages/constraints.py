@@ -19,11 +19,13 @@ from gripwright.design.holder import sized_hand
 from gripwright.design.holding import contact_radius_mm
 from gripwright.design.nearest_miss import closest_grasp
 from gripwright.design.places import Places, hopeless
+from gripwright.design.stages.keep import TIE, explained_mm2
 from gripwright.design.tapered_hand import tapered
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import INTERNAL, SURFACE, FreeGrasp, Grasp, GripRequirement, NearestMiss, SegmentVerdict
-from gripwright.domain.shape import FloatArray, SegmentAnalysis
+from gripwright.domain.shape import FloatArray, Primitive, SegmentAnalysis
+from gripwright.domain.taper import taper_words
 from gripwright.plugin_api import GraspPlanner, HandModel, RunContext, grips_of
 
 _MOST_PLACES, _TURNING = 40_000, 20
@@ -96,9 +98,9 @@ class SegmentSearch:
             if requirement.grip == SURFACE:  # every size of a face, for the set to choose from
                 if any(_is_of_size(free.grasp, requirement) for free in self.free):
                     continue
-            else:  # another primitive of the segment is asked only where the first cannot be held
+            else:  # a poorer primitive of the segment is asked only where the first cannot be held
                 held = any(free.grasp.grip != SURFACE for free in self.free)
-                settled = settled or (held and requirement.primitive is not self._requirements[0].primitive)
+                settled = settled or (held and not self._is_as_good_as_the_first(requirement.primitive))
                 if settled:
                     continue
             lacking = _not_in_plan(requirement, self._toolbox)
@@ -136,6 +138,13 @@ class SegmentSearch:
                 )
                 self._count += len(grasps)
                 self._found(requirement, free)
+
+    def _is_as_good_as_the_first(self, primitive: Primitive) -> bool:
+        """Whether as much of the segment lies on it as on the first: a box and a profile may say the same of a plate."""
+        first, mesh, segment = self._requirements[0].primitive, self._judge.held.component.mesh, self._analysis.segment
+        if primitive is first:
+            return True
+        return 0.0 < explained_mm2(primitive, segment, mesh) >= (1.0 - TIE) * explained_mm2(first, segment, mesh)
 
     @property
     def resolution(self) -> FloatArray:
@@ -219,12 +228,16 @@ class SegmentSearch:
             *(miss for search in self._searches for miss in (*search.planned, *search.between)),
         ]
         if not misses:
-            widths = ", ".join(f"{need.opening_width_mm:.1f} mm" for need in self._requirements)
-            return Rejection("no-contact", f"no pair of parallel facets, or no height, to grasp at {widths}")
+            return Rejection("no-contact", "; ".join(dict.fromkeys(self._unplanned(need) for need in self._requirements)))
         best = max(miss.stage for miss in misses)
         counts: Mapping[Miss, int] = Counter(miss for miss in misses if miss.stage == best)
         miss, count = max(counts.items(), key=lambda item: item[1])
         return Rejection(miss.code, f"{miss.detail} ({count} of {len(misses)} grasps fail so, no grasp comes further)")
+
+    def _unplanned(self, need: GripRequirement) -> str:
+        asked = ", ".join(planner.key for planner in _planners(need, self._toolbox))
+        what = f"{asked} plans no grasp for {need.rule} on the {need.primitive.kind} at {need.opening_width_mm:.1f} mm"
+        return f"{what}, {taper_words(need.taper_rad)}" if need.taper_rad else f"{what}: no parallel facets, or no height"
 
 
 def search_between(segments: Sequence[SegmentSearch], finest: FloatArray, progress: Callable[[int], None]) -> str:

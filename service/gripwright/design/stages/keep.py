@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gripwright.domain.shape import Analysis, FloatArray, FollowedPrimitive, Mesh, SegmentAnalysis
+from gripwright.domain.shape import Analysis, FollowedPrimitive, Mesh, Primitive, Segment
 from gripwright.geometry.measures import face_areas_mm2, face_centres_mm, face_normals
 
 TOLERANCE = 0.002
@@ -37,23 +37,20 @@ def keep(analyses: Sequence[Analysis]) -> Analysis:
 
 def explained_share(analysis: Analysis) -> float:
     """Part of the component's area that lies on the primitive of its segment, 0..1."""
-    mesh = analysis.mesh
-    areas = face_areas_mm2(mesh)
-    tolerance_mm = TOLERANCE * float(np.sqrt(areas.sum()))
-    explained = sum(_explained_mm2(item, mesh, areas, tolerance_mm) for item in analysis.segments)
-    return explained / float(areas.sum())
+    kept = [(item.primitive, item.segment) for item in analysis.segments if item.primitive is not None]
+    explained = sum(explained_mm2(primitive, segment, analysis.mesh) for primitive, segment in kept)
+    return explained / float(face_areas_mm2(analysis.mesh).sum())
 
 
-def _explained_mm2(item: SegmentAnalysis, mesh: Mesh, areas_mm2: FloatArray, tolerance_mm: float) -> float:
-    """Area of a segment on its primitive; all or nothing, by its rms, where the primitive cannot say which."""
-    faces, primitive = item.segment.faces, item.primitive
-    if primitive is None:
-        return 0.0
+def explained_mm2(primitive: Primitive, segment: Segment, mesh: Mesh) -> float:
+    """Area of a segment of the mesh on the primitive; all or nothing, by its rms, where the primitive cannot say which."""
+    areas_mm2 = face_areas_mm2(mesh)
+    tolerance_mm = TOLERANCE * float(np.sqrt(areas_mm2.sum()))
     if not isinstance(primitive, FollowedPrimitive):
-        return item.segment.area_mm2 if primitive.rms_mm <= tolerance_mm else 0.0
-    part = Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces[faces])
+        return segment.area_mm2 if primitive.rms_mm <= tolerance_mm else 0.0
+    part = Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces[segment.faces])
     follows = primitive.follows(face_centres_mm(part), face_normals(part), tolerance_mm, ANGLE_RAD)
-    return float(areas_mm2[faces[follows]].sum())
+    return float(areas_mm2[segment.faces[follows]].sum())
 
 
 def _remark(analyses: Sequence[Analysis], shares: Sequence[float], best: int) -> str:
