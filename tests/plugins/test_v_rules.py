@@ -112,8 +112,17 @@ def turned_pose(seed: int) -> FloatArray:
     return X
 
 
-@pytest.mark.parametrize(("degrees", "sections"), [(0.0, 192), (0.0, 24), (9.0, 192), (9.0, 24)])
-@pytest.mark.parametrize(("angle", "depth_mm"), [(120.0, 3.0), (90.0, 7.0), (150.0, 1.4)])
+@pytest.mark.parametrize(
+    ("angle", "depth_mm", "degrees", "sections"),
+    [
+        (120.0, 3.0, 0.0, 192),
+        (120.0, 3.0, 0.0, 24),
+        (120.0, 3.0, 9.0, 192),
+        (120.0, 3.0, 9.0, 24),
+        (90.0, 7.0, 9.0, 192),
+        (150.0, 1.4, 0.0, 192),
+    ],
+)
 def test_planned_grasps_touch_with_both_flanks_from_both_ends_in_any_pose(
     angle: float, depth_mm: float, degrees: float, sections: int
 ) -> None:
