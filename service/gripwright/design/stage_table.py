@@ -61,7 +61,7 @@ STAGES: Mapping[str, Stage] = {
             at=_AT,
             uses=("optimizer", "hand", "holding"),
             plan_fields=("plan", "release_clearance", "finger_length_step", "safety_factor", "seed"),
-            version=6,
+            version=7,
         ),
         Stage(name="tips", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "pad", *_GRASPING)),
         Stage(
