@@ -68,6 +68,6 @@ STAGES: Mapping[str, Stage] = {
             name="fingers", at=_AT, uses=("finger", "hand", "holding"), plan_fields=("safety_factor", "pad", "seed"), version=5
         ),
         Stage(name="verify", at=_AT, uses=("hand", "holding"), plan_fields=_GRASPING, version=5, remembers=True),
-        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=11),
+        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=12),
     )
 }
