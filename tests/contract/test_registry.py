@@ -221,27 +221,6 @@ def test_a_fault_of_a_parameter_is_told_once_with_the_value_and_the_limit(good, 
     assert [fault.message for fault in refused.value.faults] == [message]
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({}, "is a parameter of the fitter 'cone', which the plan does not ask: name cone in fitters"),
-        (
-            {"plan": "paper"},
-            "is a parameter of the fitter 'cone', which the plan does not ask: plan=paper uses the paper's own plug-ins ",
-        ),
-    ],
-)
-def test_a_parameter_of_a_plugin_that_is_not_asked_is_refused_with_what_would_ask_it(options, message):
-    given = {**options, "cone.half_angle_min": 1.0}
-
-    with pytest.raises(InvalidPlan) as refused:
-        check_options(given, describe(load("gripwright")))
-
-    (fault,) = refused.value.faults
-    assert fault.pointer == "/options/cone.half_angle_min"
-    assert fault.message.startswith(message)
-
-
 def test_the_place_of_a_parameter_is_where_it_was_given(good):
     with pytest.raises(InvalidPlan) as refused:
         check_options({**FAKE_OPTIONS, "fake": {"rays": -1, "beams": 1}, "fake.rays": 0}, describe(load(GOOD)))

@@ -41,7 +41,7 @@ def test_a_request_is_accepted_and_says_where_to_look_and_when(client, product_i
         ({"options": {"centric_3.width_mm": 0}}, "/options/centric_3.width_mm"),
         ({"options": {"set_cover.time_limit": -1}}, "/options/set_cover.time_limit"),
         ({"options": {"straight.material": "wood"}}, "/options/straight.material"),
-        ({"options": {"cone.half_angle_min": 1}}, "/options/cone.half_angle_min"),
+        ({"options": {"cone.half_angle_min": 0}}, "/options/cone.half_angle_min"),
         ({"options": {"policies": ["never"]}}, "/options/policies/0"),
         ({"options": {"policies": ["prefer_makers"], "prefer_makers.factor": 0}}, "/options/prefer_makers.factor"),
         ({"options": {"policies": ["only_makers"], "only_makers.makers": "SCHUNK"}}, "/options/only_makers.makers"),

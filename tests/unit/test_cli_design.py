@@ -11,7 +11,7 @@ import pytest
 from gripwright.cad.export import step_bytes, stl_bytes
 from gripwright.cli.design import write_folder
 from gripwright.cli.options import options_of, owned_setting
-from gripwright.design.plan import plan_of
+from gripwright.design.plan import plan_of, without_effect
 from gripwright.domain.errors import InvalidInput, InvalidPlan
 from gripwright.geometry.brep import box, write_brep
 from mesh_factory import box_mesh
@@ -115,6 +115,26 @@ def test_a_step_file_is_segmented_by_its_own_faces(tmp_path):
 
     assert answer.returncode == 0, answer.stderr
     assert labels.read_text() == "0\n" * 12
+
+
+def test_a_parameter_that_nothing_reads_is_warned_of(tmp_path):
+    (tmp_path / "box.stl").write_bytes(stl_bytes(box_mesh((20.0, 10.0, 5.0))))
+
+    settings = ("--set", "cone.half_angle_min=1", "--set", "sdf.rays=20")
+    analysed = run("analyse", str(tmp_path / "box.stl"), "--units", "mm", *settings, GRIPWRIGHT_DATA=str(tmp_path / "data"))
+
+    assert analysed.returncode == 0, analysed.stderr
+    warned = [line for line in analysed.stderr.splitlines() if line.startswith("warning: ")]
+    assert warned == ["warning: cone.half_angle_min has no effect: the plan does not ask 'cone'"]
+
+
+def test_parameters_have_an_effect_where_a_plugin_of_any_kind_with_that_key_is_asked():
+    plan = plan_of({"ball.rms_max": 0.1, "slot": {"depth": 1, "width": 2}, "box.filled_min": 0.2})
+
+    assert without_effect(plan, ["fitter/box", "rule/ball"]) == [
+        "slot.depth has no effect: the plan does not ask 'slot'",
+        "slot.width has no effect: the plan does not ask 'slot'",
+    ]
 
 
 def test_triangles_alone_have_no_faces_to_be_segmented_by(tmp_path):

@@ -91,7 +91,7 @@ def judged(
         hands={PARALLEL_2: ParallelHand(HandSettings()), CENTRIC_3: CentricHand(CentricSettings())},
         planners={kind: [SimpleNamespace(key="named", plan=lambda *_: grasps)] for kind in (PARALLEL_2, CENTRIC_3)},
     )
-    analysis: Any = SimpleNamespace(segment=SimpleNamespace(id=2))
+    analysis: Any = SimpleNamespace(segment=SimpleNamespace(id=2, faces=np.arange(len(held.faces))))
     ctx = RunContext(min_contact_mm=3.0)
     judge = GraspJudge(held_component(operation, body, [], held, forbidden), scene, lambda kind, width: np.array([envelope]), ctx)
     search = SegmentSearch(analysis, asked, judge, toolbox, ctx)
@@ -126,6 +126,13 @@ def test_where_nothing_is_planned_the_planners_and_what_they_were_asked_for_are_
     assert verdict.nearest_miss is None
     assert verdict.rejection is not None
     assert verdict.rejection.detail == f"named plans no grasp for two_finger_box on the box at 20.0 mm{told}"
+
+
+@pytest.mark.parametrize(("other", "planned"), [(HELD, 2), (block((-10.0, -10.0, 0.0), (10.0, 10.0, 12.0)), 1)])
+def test_another_primitive_is_asked_beside_the_first_where_as_much_of_the_surface_lies_on_it(other: Mesh, planned: int) -> None:
+    verdict = judged(grasps=[grasp()], needs=[box_need(HELD, 20.0), box_need(other, 20.0)])
+
+    assert (verdict.grasps_planned, len(verdict.free)) == (planned, planned)
 
 
 @pytest.mark.parametrize("into", [0.02, 1.8])

@@ -4,11 +4,12 @@ import signal
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
+import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
 from gripwright.cli.options import options_of
-from gripwright.design.plan import plan_of
+from gripwright.design.plan import plan_of, without_effect
 from gripwright.jobs.engine import OnProgress
 from gripwright.jobs.fork_server import import_first
 from gripwright.jobs.local import LocalRunner
@@ -41,9 +42,12 @@ def shown_progress() -> Iterator[OnProgress]:
 
 
 def runner_of(settings: Settings, options: Sequence[str], on_progress: OnProgress, stages_at: str = STAGES_AT) -> LocalRunner:
-    """A runner with the plan that the `--set` options make."""
+    """A runner with the plan that the `--set` options make; what of it has no effect is said on standard error."""
     plan = plan_of(options_of(options))
-    return LocalRunner(Workshop.of(settings, stages_at), plan, workers=max(settings.workers, 1), on_progress=on_progress)
+    runner = LocalRunner(Workshop.of(settings, stages_at), plan, workers=max(settings.workers, 1), on_progress=on_progress)
+    for sentence in without_effect(runner.plan, runner.versions):
+        typer.echo(f"warning: {sentence}", err=True)
+    return runner
 
 
 class _Lines:

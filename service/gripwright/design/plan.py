@@ -1,6 +1,6 @@
 """The plan of a design: which plug-ins, with which parameters, and the task-level options of INTERFACE.md."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
@@ -131,6 +131,13 @@ class Plan(BaseModel):
     def enforce_hold(self) -> bool:
         """Whether an actuator too weak, or of unknown force, is vetoed; the paper's plan asks nothing of the force."""
         return self.plan != "paper"
+
+
+def without_effect(plan: Plan, asked: Iterable[str]) -> list[str]:
+    """A sentence for each parameter that nothing reads, since its plug-in is not among those asked ("kind/key")."""
+    keys = {name.partition("/")[2] for name in asked}
+    unread = [(key, name) for key, params in plan.params.items() if key not in keys for name in params]
+    return [f"{key}.{name} has no effect: the plan does not ask {key!r}" for key, name in unread]
 
 
 def plan_of(options: Mapping[str, Any]) -> Plan:

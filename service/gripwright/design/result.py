@@ -8,7 +8,7 @@ import numpy as np
 
 from gripwright.design.miss_document import miss_document, tip_document
 from gripwright.design.pad_pressure import pad_compression, pad_warnings
-from gripwright.design.plan import Plan
+from gripwright.design.plan import Plan, without_effect
 from gripwright.design.shortfall import closest_segment
 from gripwright.design.stages.bom import BomRow, bom
 from gripwright.design.stages.fingers import GripperCad
@@ -91,7 +91,7 @@ def design_result(parts: DesignParts, plan: Plan, versions: Mapping[str, PluginV
         ],
         "optimum": parts.selection.optimum,
         "bom": [row.to_dict() for row in rows],
-        "warnings": _warnings(parts),
+        "warnings": [*without_effect(plan, versions), *_warnings(parts)],
         "plan": {"options": plan.model_dump(mode="json"), "plugins": {key: dict(value) for key, value in versions.items()}},
         "timings": _timings(parts),
     }

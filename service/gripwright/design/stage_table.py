@@ -61,13 +61,13 @@ STAGES: Mapping[str, Stage] = {
             at=_AT,
             uses=("optimizer", "hand", "holding"),
             plan_fields=("plan", "release_clearance", "finger_length_step", "safety_factor", "seed"),
-            version=6,
+            version=7,
         ),
         Stage(name="tips", at=_AT, uses=("finger", "hand"), plan_fields=("safety_factor", "pad", *_GRASPING)),
         Stage(
             name="fingers", at=_AT, uses=("finger", "hand", "holding"), plan_fields=("safety_factor", "pad", "seed"), version=5
         ),
         Stage(name="verify", at=_AT, uses=("hand", "holding"), plan_fields=_GRASPING, version=5, remembers=True),
-        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=11),
+        Stage(name="result", at=_AT, uses=("segmenter", "optimizer"), plan_fields=tuple(Plan.model_fields), version=12),
     )
 }

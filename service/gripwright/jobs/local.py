@@ -24,7 +24,7 @@ class LocalRunner:
         on_progress: OnProgress = lambda fraction, stage, message: None,
         cancelled: Callable[[], bool] = lambda: False,
     ) -> None:
-        self.plan, self._versions = resolve_plan(workshop, plan)
+        self.plan, self.versions = resolve_plan(workshop, plan)
         self._stages = load_stages(workshop.stages_at)
         self._workshop, self._workers = workshop, workers
         self._on_progress, self._cancelled = on_progress, cancelled
@@ -39,7 +39,7 @@ class LocalRunner:
 
     def map(self, stage: str, calls: Sequence[Mapping[str, Any]]) -> list[Ref]:
         """Run one stage on each of the calls; equal calls run once. The first failure stops the others."""
-        steps = [step_call(self._stages[stage], inputs, self.plan, self._versions) for inputs in calls]
+        steps = [step_call(self._stages[stage], inputs, self.plan, self.versions) for inputs in calls]
         distinct = {step["key"]: step for step in steps}
         done = {key: 1.0 if self._workshop.steps.has(key) else 0.0 for key in distinct}  # fraction of each step
         stop = threading.Event()

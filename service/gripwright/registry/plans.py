@@ -104,22 +104,10 @@ def plan_faults(
             faults.append(
                 Fault(pointer=f"/options/{key}", message=f"there is no option or plug-in {key!r}; plug-ins: {existing}")
             )
-        asked = [kind for kind in kinds if (kind, key) in named]
-        found = [fault for kind in asked for fault in params_faults(kind, key, params)]
-        if kinds and not asked:
-            unused = f"is a parameter of the {kinds[0]} {key!r}, which the plan does not ask: {_how_to_ask(plan, kinds[0], key)}"
-            found = [(name, unused) for name in params]
+        found = [fault for kind in kinds for fault in params_faults(kind, key, params)]
         for name, message in dict.fromkeys(found):
             faults.append(Fault(pointer=f"/options/{key}.{name}" if name else f"/options/{key}", message=message))
     return faults
-
-
-def _how_to_ask(plan: Plan, kind: str, key: str) -> str:
-    """What would make a plan ask a plug-in."""
-    if plan.plan == "paper":
-        return "plan=paper uses the paper's own plug-ins and nothing else"
-    (field,) = (field for field, chosen_kind in CHOICES.items() if chosen_kind == kind)
-    return f"name {key} in {field}"
 
 
 def _keys(value: str | tuple[str, ...]) -> tuple[str, ...]:
