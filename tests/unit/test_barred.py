@@ -1,12 +1,14 @@
 """What no finger bears is given up for its kind of fingers alone."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from gripwright.design.barred import fingers_kind, without_barred
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, INTERNAL, FreeGrasp, Grasp, Hold, OperationVerdict, SegmentVerdict
+from gripwright.domain.v_tip import Vee
 
 
 def free(grip: str, force_N: float, least_mm: float = 10.0) -> FreeGrasp:
@@ -40,14 +42,15 @@ def test_a_force_barred_for_one_grip_leaves_the_other_grip_alone(limit_N: float,
     assert kept.rejection is None
 
 
-def test_a_force_barred_for_one_taper_leaves_other_tips_alone() -> None:
+@pytest.mark.parametrize("tips", [{"taper_rad": -0.1}, {"vee": Vee(angle_rad=2.0, depth_mm=3.0)}])
+def test_a_force_barred_for_one_taper_or_v_leaves_other_tips_alone(tips: dict[str, Any]) -> None:
     straight, towards = free(EXTERNAL, 80.0), free(EXTERNAL, 80.0)
-    tapered = replace(towards, grasp=replace(towards.grasp, taper_rad=-0.1))
+    tapered = replace(towards, grasp=replace(towards.grasp, **tips))
     segment = SegmentVerdict(segment=0, requirement=None, grasps_planned=2, free=(straight, tapered), rejection=None)
     verdict = OperationVerdict(operation="op-01", components={"ring": (segment,)}, warnings=(), timings={})
 
     for grasp, other in ((straight, tapered), (tapered, straight)):
-        barred = {fingers_kind(EXTERNAL, grasp.grasp.taper_rad): {"bending": 100.0, "detail": "too weak"}}
+        barred = {fingers_kind(grasp.grasp): {"bending": 100.0, "detail": "too weak"}}
         (kept,) = without_barred(verdict, barred).components["ring"]
 
         assert kept.free == (other,)

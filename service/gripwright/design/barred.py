@@ -6,15 +6,17 @@ from typing import Any
 
 from gripwright.design.reason import held_with
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import FreeGrasp, NearestMiss, OperationVerdict, SegmentVerdict
-from gripwright.domain.taper import taper_words
+from gripwright.domain.grasp import FreeGrasp, Grasp, NearestMiss, OperationVerdict, SegmentVerdict
+from gripwright.domain.gripper import Gripper
+from gripwright.domain.v_tip import tip_words
 
 _TELLING_NMM = 50.0  # a smaller moment is not what the force is needed for
 
 
-def fingers_kind(grip: str, taper_rad: float) -> str:
-    """What fingers are barred by: those of another grip or taper are made, and bear forces, otherwise."""
-    return f"{grip}, {taper_words(taper_rad)}" if taper_rad else grip
+def fingers_kind(of: Grasp | Gripper) -> str:
+    """What fingers are barred by: those of another grip, taper or V are made, and bear forces, otherwise."""
+    words = tip_words(of.taper_rad, of.vee)
+    return f"{of.grip}, {words}" if words else of.grip
 
 
 def without_barred(verdict: OperationVerdict, barred: Mapping[str, Any]) -> OperationVerdict:
@@ -53,7 +55,7 @@ def _too_heavy(segment: SegmentVerdict, lightest: FreeGrasp, barred: Mapping[str
         unit="N",
         sentence=(
             f"{held_with(grasp, segment.segment)} it takes a grip force of {force_N:.0f} N to hold it by friction"
-            f"{against}, and no finger was found that bears it: {barred[fingers_kind(grasp.grip, grasp.taper_rad)]['detail']}"
+            f"{against}, and no finger was found that bears it: {barred[fingers_kind(grasp)]['detail']}"
         ),
         gripper_type=grasp.gripper_type,
         grip=grasp.grip,
@@ -66,5 +68,5 @@ def _too_heavy(segment: SegmentVerdict, lightest: FreeGrasp, barred: Mapping[str
 
 
 def _is_barred(free: FreeGrasp, barred: Mapping[str, Any]) -> bool:
-    kind = fingers_kind(free.grasp.grip, free.grasp.taper_rad)
+    kind = fingers_kind(free.grasp)
     return kind in barred and free.bending_Nmm >= barred[kind]["bending"]

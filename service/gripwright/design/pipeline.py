@@ -99,11 +99,11 @@ def _grippers(
         refused = [
             (gripper, cad) for gripper, cad in zip(grippers, map(runner.get, cads), strict=True) if isinstance(cad, Rejection)
         ]
-        attempts.update({fingers_kind(gripper.grip, gripper.taper_rad) for gripper, _ in refused})
+        attempts.update({fingers_kind(gripper) for gripper, _ in refused})
         if not refused or max(attempts.values()) > _ATTEMPTS + len(problem["verdicts"]):
             return selection, cads
         for gripper, cad in refused:
-            kind = fingers_kind(gripper.grip, gripper.taper_rad)
+            kind = fingers_kind(gripper)
             if cad.code == FINGER_TOO_HEAVY:
                 limit = {"finger_length": 0.0 if attempts[kind] >= _ATTEMPTS else gripper.finger_length_mm, "detail": cad.detail}
                 too_heavy = {**too_heavy, gripper.actuator.name: limit}
