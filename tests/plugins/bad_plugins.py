@@ -22,6 +22,7 @@ from gripwright_builtin.hands.centric import CentricHand
 from gripwright_builtin.optimizers.set_cover import SetCoverOptimizer
 from gripwright_builtin.planners.axial import AxialPlanner
 from gripwright_builtin.policies.makers import PreferMakers
+from gripwright_builtin.rules.box import TwoFingerBox
 from gripwright_builtin.rules.cylinder import ThreeFingerCylinder
 from gripwright_vacuum.vacuum.hand import VacuumHand
 from gripwright_vacuum.vacuum.holding import VacuumHolding
@@ -122,6 +123,15 @@ class NeverFits(Fitter):
         return Rejection("no-box", f"the surface of {segment.area_mm2:.0f} mm² is no box")
 
 
+class NoCones(Fitter):
+    """Refuses its author's sample of a cone, and answers others."""
+
+    def fit(self, component, segment, ctx):
+        if "cone" in component.id:
+            return Rejection("no-box", "a cone is no box")
+        return super().fit(component, segment, ctx)
+
+
 @breaks("two runs of the same input and seed differ at extents_mm")
 class NotDeterministic(Fitter):
     def fit(self, component, segment, ctx):
@@ -143,6 +153,21 @@ class DrawsAnotherSolid(Fitter):
         return BoxDrawnTwiceAsHigh(
             X_CB=box.X_CB, extents_mm=box.extents_mm, filled=box.filled, filled_min=box.filled_min, rms_mm=box.rms_mm
         )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SlottedBox(Box):
+    """A primitive of its own."""
+
+
+def slotted(box):
+    return SlottedBox(X_CB=box.X_CB, extents_mm=box.extents_mm, filled=box.filled, filled_min=box.filled_min, rms_mm=box.rms_mm)
+
+
+@breaks('fit returned SlottedBox, which its PluginEntry.primitives does not name: add "bad_plugins:SlottedBox" to it')
+class FitsWhatNoManifestNames(Fitter):
+    def fit(self, component, segment, ctx):
+        return slotted(super().fit(component, segment, ctx))
 
 
 @breaks("takes longer than")
@@ -285,6 +310,13 @@ class OpensInMetres(ThreeFingerCylinder):
     def apply(self, fit):
         found = super().apply(fit)
         return found if isinstance(found, Rejection) else [replace(one, opening_width_mm=0.02) for one in found]
+
+
+@breaks("apply asks to hold SlottedBox, which its PluginEntry.primitives does not name")
+class HoldsWhatNoManifestNames(TwoFingerBox):
+    def apply(self, fit):
+        found = super().apply(fit)
+        return found if isinstance(found, Rejection) else [replace(one, primitive=slotted(one.primitive)) for one in found]
 
 
 @breaks("finger 1 stands at [12.0, 0.0, 0.0], 6 mm along its own x was expected")
@@ -473,3 +505,10 @@ class MarbleHolder(Basic):
     def apply(self, fit):
         asked = centric_requirement(np.eye(4))
         return [replace(asked, opening_width_mm=0.002 * fit.radius_mm, primitive=fit, rule=self.key)]
+
+
+class MarbleRefuser(MarbleHolder):
+    """A rule for marbles that holds none."""
+
+    def apply(self, fit):
+        return Rejection("no-type", f"a marble of {fit.radius_mm:.0f} mm is held by nothing")

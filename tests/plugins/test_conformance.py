@@ -7,12 +7,29 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bad_import import ImportsTheService
-from bad_plugins import EXPECTED, Fitter, Marble, MarbleHolder, NeverReturns, OneTypeOfFinger, Segmenter
+from bad_plugins import (
+    EXPECTED,
+    FitsWhatNoManifestNames,
+    Fitter,
+    Marble,
+    MarbleHolder,
+    MarbleRefuser,
+    MovesTheMesh,
+    NeverFits,
+    NeverReturns,
+    NoCones,
+    OneTypeOfFinger,
+    Segmenter,
+)
 
+from gripwright.design.analysis import analyse
+from gripwright.design.plan import plan_of
+from gripwright.domain.errors import PluginFailure
 from gripwright.geometry.adjacency import face_adjacency
 from gripwright.geometry.measures import volume_mm3
 from gripwright.plugin_api.manifest import KINDS
-from gripwright.registry.discovery import load_registry, load_samples
+from gripwright.registry.building import build_toolbox
+from gripwright.registry.discovery import InstalledPlugin, Registry, load_registry, load_samples
 from gripwright.testing import (
     check_plugin,
     checks_for,
@@ -22,6 +39,7 @@ from gripwright.testing import (
     sample_components,
 )
 from gripwright.testing.time_limit import TimeUp, time_limit
+from here_runner import HereRunner
 
 BUILT_IN = load_registry(allow=("gripwright",), strict=True).plugins
 
@@ -45,10 +63,29 @@ def test_what_the_bad_plugins_are_made_from_is_good(good):
 
 @pytest.mark.parametrize("bad", EXPECTED, ids=lambda bad: bad.__name__)
 def test_a_bad_plugin_is_rejected_by_a_message_that_names_its_fault(bad):
-    findings = check_plugin(bad, time_limit_s=1.0 if bad is NeverReturns else 60.0)
+    named = () if "NoManifestNames" in bad.__name__ else None
+
+    findings = check_plugin(bad, primitives=named, time_limit_s=1.0 if bad is NeverReturns else 60.0)
 
     assert any(EXPECTED[bad] in str(finding) for finding in findings), "\n".join(map(str, findings)) or "no finding"
     assert len({finding.check for finding in findings}) <= 2, "one fault, and what follows from it"
+
+
+def test_a_design_names_the_fitter_whose_primitive_no_manifest_names():
+    unnamed = InstalledPlugin(
+        kind="fitter", key="slotted", plugin=FitsWhatNoManifestNames, version="0.3.0", distribution="gripwright-slotted"
+    )
+    plan = plan_of({"fitters": ["slotted"]})
+    runner = HereRunner(plan, build_toolbox(plan, Registry(plugins=(*BUILT_IN, unnamed))))
+
+    with pytest.raises(PluginFailure) as failure:
+        analyse([runner.put(sample_components()[0].component.mesh)], plan, runner)
+
+    assert failure.value.detail == (
+        "fitter/slotted (gripwright-slotted 0.3.0) returned SlottedBox, which its PluginEntry.primitives does not name: "
+        'add "bad_plugins:SlottedBox" to it'
+    )
+    assert failure.value.context == {"stage": "fit", "plugin": "fitter/slotted"}
 
 
 def test_a_good_fitter_of_a_shape_that_no_sample_has_is_told_to_bring_samples():
@@ -58,6 +95,42 @@ def test_a_good_fitter_of_a_shape_that_no_sample_has_is_told_to_bring_samples():
 
     assert finding.check == "fits"
     assert "give samples of the shape: as `samples` of its PluginEntry, and of check_plugin" in finding.detail
+
+
+def test_a_fitter_that_refuses_all_samples_of_its_author_fails_though_it_fits_a_built_in_one():
+    cone = replace(sample_components()[4], name="my cone")
+
+    (finding,) = check_plugin(NoCones, samples=[cone, cone.tilted()])
+
+    assert str(finding) == (
+        "fits: none of 2 segments of your own samples is answered with a primitive; "
+        "'my cone, segment 0' got no-box: a cone is no box"
+    )
+
+
+def test_a_fitter_that_refuses_every_sample_is_told_why_of_the_first_that_its_author_gave():
+    (finding,) = check_plugin(NeverFits, samples=[replace(sample_components()[4], name="my cone")])
+
+    assert str(finding) == (
+        "fits: none of 19 segments, 1 of them of your own samples, is answered with a primitive; "
+        "'my cone, segment 0' got no-box: the surface of 1095 mm² is no box"
+    )
+
+
+def test_a_rule_that_refuses_all_primitives_of_its_author_fails():
+    (finding,) = check_plugin(MarbleRefuser, samples=[Marble(radius_mm=30.0), Marble(radius_mm=2.0)])
+
+    assert str(finding) == (
+        "accepts: none of 2 sample primitives, 2 of them of your own samples, is answered with a requirement; "
+        "'own sample 0, marble' got no-type: a marble of 30 mm is held by nothing"
+    )
+
+
+def test_one_fault_of_many_samples_is_told_once():
+    (finding,) = check_plugin(MovesTheMesh)
+
+    assert finding.check == "arguments unchanged"
+    assert finding.detail.endswith("fit changes its argument ['component'].mesh.vertices_mm (and 17 more like it)")
 
 
 def test_a_rule_is_asked_of_primitives_of_the_authors_own():

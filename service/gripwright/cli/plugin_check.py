@@ -51,19 +51,21 @@ def main(request: str) -> None:
     for stream in (1, 2):
         os.dup2(nowhere, stream)
     tell_compiling(lambda message: print(message, file=errors, flush=True))
-    installed = {plugin.name: plugin for plugin in load_registry(allow=asked["allow"]).plugins}
+    registry = load_registry(allow=asked["allow"])
+    installed = {plugin.name: plugin for plugin in registry.plugins}
+    primitives = frozenset(cls for plugin in registry.plugins for cls in plugin.record_classes)
     for name in asked["names"]:
         faulthandler.dump_traceback_later(_PATIENCE * asked["time_limit_s"], exit=True)
-        findings = [str(finding) for finding in _findings(installed[name], asked["time_limit_s"])]
+        findings = [str(finding) for finding in _findings(installed[name], primitives, asked["time_limit_s"])]
         print(json.dumps({"name": name, "findings": findings}), file=answers, flush=True)
 
 
-def _findings(plugin: InstalledPlugin, time_limit_s: float) -> list[Finding]:
+def _findings(plugin: InstalledPlugin, primitives: Collection[type], time_limit_s: float) -> list[Finding]:
     try:
         samples = load_samples(plugin)
     except PluginLoadError as error:
         return [Finding("samples", str(error))]
-    return check_plugin(plugin.plugin, samples=samples, time_limit_s=time_limit_s)
+    return check_plugin(plugin.plugin, samples=samples, primitives=primitives, time_limit_s=time_limit_s)
 
 
 if __name__ == "__main__":

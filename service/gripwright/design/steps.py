@@ -13,6 +13,7 @@ from gripwright.design.grooved_hand import hand_of
 from gripwright.design.operation_steps import constraints, held_scene, participants
 from gripwright.design.owned import owned_grippers
 from gripwright.design.plan import Plan
+from gripwright.design.records import type_name
 from gripwright.design.result import DesignParts, DesignResult, design_result
 from gripwright.design.scene_memory import SceneMemory
 from gripwright.design.stage_table import StepFunction
@@ -24,11 +25,12 @@ from gripwright.design.stages.segment import segment, source_labels
 from gripwright.design.step_values import ComponentGrips, HouseActuators, PreparedShape, Segmentation
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import Component
-from gripwright.domain.errors import Rejection
+from gripwright.domain.errors import PluginFailure, Rejection
 from gripwright.domain.grasp import INTERNAL, GripRequirement
 from gripwright.domain.gripper import Gripper, without_handles
-from gripwright.domain.shape import Analysis, Mesh
+from gripwright.domain.shape import Analysis, Mesh, Primitive
 from gripwright.plugin_api import RunContext
+from gripwright.plugin_api.stored import unnamed_class
 
 
 def _owned(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContext) -> tuple[Gripper, ...]:
@@ -68,7 +70,8 @@ def _fit(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContex
     prepared: PreparedShape = inputs["prepared"]
     segmentation: Segmentation = inputs["segmentation"]
     component = Component(id="", mesh=prepared.mesh, X_PC=np.eye(4))
-    fitted = tuple(fit(component, item, toolbox.fitters, ctx) for item in segmentation.segments)
+    check = partial(_require_named, toolbox)
+    fitted = tuple(fit(component, item, toolbox.fitters, ctx, check) for item in segmentation.segments)
     return Analysis(
         mesh=prepared.mesh,
         source_labels=segmentation.source_labels,
@@ -78,6 +81,21 @@ def _fit(inputs: Mapping[str, Any], plan: Plan, toolbox: Toolbox, ctx: RunContex
         timings={**prepared.timings, **segmentation.timings, **ctx.timings},
         sdf=segmentation.sdf,
         remarks=segmentation.remarks,
+    )
+
+
+def _require_named(toolbox: Toolbox, fitter: str, primitive: Primitive) -> None:
+    """PluginFailure where results cannot hold what a fitter returned."""
+    missing = unnamed_class(primitive, toolbox.record_classes)
+    if missing is None:
+        return
+    name = f"fitter/{fitter}"
+    made_by = toolbox.versions[name]
+    raise PluginFailure(
+        f"{name} ({made_by['distribution']} {made_by['version']}) returned {missing.__name__}, "
+        f'which its PluginEntry.primitives does not name: add "{type_name(missing)}" to it',
+        stage="fit",
+        plugin=name,
     )
 
 

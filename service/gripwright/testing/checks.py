@@ -1,7 +1,7 @@
 """The conformance suite: which checks a plug-in of each kind must pass."""
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -52,17 +52,22 @@ def checks_for(kind: str) -> tuple[Check, ...]:
 
 
 def check_plugin(
-    plugin_class: Any, *, samples: Sequence[Sample | Primitive] = (), time_limit_s: float = TIME_LIMIT_S
+    plugin_class: Any,
+    *,
+    samples: Sequence[Sample | Primitive] = (),
+    primitives: Collection[type] | None = None,
+    time_limit_s: float = TIME_LIMIT_S,
 ) -> list[Finding]:
     """Every rule of the contract that the plug-in breaks; empty: none.
 
     What cannot be called, or does not answer, is not checked further. `samples` are asked besides the built-in ones:
-    components of what looks at components, primitives of rules.
+    components of what looks at components, primitives of rules. `primitives` are the classes that manifests name as
+    `PluginEntry.primitives`: an answer of any other than these and the built-in ones is a fault. None: that is not checked.
     """
     kind = kind_of(plugin_class)
     if kind is None:
         return [Finding("contract", f"{plugin_class!r} has the methods of no kind of plug-in: {', '.join(PROTOCOLS)}")]
-    trial = _trial(plugin_class, kind, samples)
+    trial = _trial(plugin_class, kind, samples, primitives)
     for gate in general.GATES:
         if found := gate.findings(trial, time_limit_s):
             return found
@@ -106,5 +111,7 @@ def _bound(check: Check, trial: Trial, time_limit_s: float) -> Callable[[Any], l
     return lambda plugin: [str(finding) for finding in check.findings(trial, time_limit_s)]
 
 
-def _trial(plugin_class: Any, kind: str, samples: Sequence[Sample | Primitive]) -> Trial:
-    return Trial(plugin_class, kind, _KINDS[kind].cases, tuple(samples))
+def _trial(
+    plugin_class: Any, kind: str, samples: Sequence[Sample | Primitive], primitives: Collection[type] | None = None
+) -> Trial:
+    return Trial(plugin_class, kind, _KINDS[kind].cases, tuple(samples), primitives)

@@ -33,8 +33,10 @@ def cases(trial: Trial) -> list[Case]:
 
 
 def fits(trial: Trial) -> Iterable[str]:
-    """Some sample is of the shape that it looks for: else the checks of primitives look at nothing."""
-    if not any(trial.answers()):
+    """Some sample is of the shape that it looks for, one of the author's own where there are any."""
+    if refused := trial.refused_own("segments", "a primitive"):
+        yield refused
+    elif not any(trial.answers()):
         yield (
             f"none of {len(trial.runs)} segments is answered with a primitive, so json, unit, picture and scale have nothing "
             f"to look at; give samples of the shape: {OWN_SAMPLES}"
@@ -67,6 +69,11 @@ def _primitive_faults(answer: Any) -> Iterable[str]:
         yield f"rms_mm is {answer.rms_mm}"
     if not isinstance(answer.surface_filled, bool):
         yield f"surface_filled is a {type(answer.surface_filled).__name__}, not a bool"
+
+
+def named(trial: Trial) -> Iterable[str]:
+    """The manifest names the class, so that results can hold it."""
+    return (f"fit returned {fault}" for fault in trial.unnamed(answer for _, answer in trial.answers()))
 
 
 def as_json(trial: Trial) -> Iterable[str]:
@@ -135,8 +142,9 @@ def picture(trial: Trial) -> Iterable[str]:
 
 
 CHECKS = (
-    Check("fits", "some sample is answered with a primitive", fits),
+    Check("fits", "some sample is answered with a primitive, and one of the author's own", fits),
     Check("primitive", "a primitive keeps its Protocol, a no has a code and a sentence", primitive),
+    Check("named", "the manifest names the class of a primitive", named),
     Check("json", "to_dict holds JSON values", as_json),
     Check("unit", "lengths are mm", unit),
     Check("picture", "what a primitive draws of itself is closed and has its volume", picture),

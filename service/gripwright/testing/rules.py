@@ -25,6 +25,8 @@ def accepts(trial: Trial) -> Iterable[str]:
     """A rule that accepts nothing is never asked, and one that asks for nothing is not looked at."""
     if not trial.plugin.accepts:
         yield "accepts is empty, so the rule is never asked"
+    elif refused := trial.refused_own("sample primitives", "a requirement"):
+        yield refused
     elif not any(trial.answers()):
         kinds = ", ".join(sorted(trial.plugin.accepts))
         yield (
@@ -38,6 +40,13 @@ def requirements(trial: Trial) -> Iterable[str]:
     for run in trial.runs:
         faults = _answer_faults(run.answer, trial.plugin.key, widths_mm(run.case.arguments["fit"]))
         yield from (f"{run.case.name}: {fault}" for fault in faults)
+
+
+def named(trial: Trial) -> Iterable[str]:
+    """The manifest names the class of what is held, so that results can hold it."""
+    asked = [item for _, answer in trial.answers() if isinstance(answer, Sequence) for item in answer]
+    held = (item.primitive for item in asked if isinstance(item, GripRequirement))
+    return (f"apply asks to hold {fault}" for fault in trial.unnamed(held))
 
 
 def _answer_faults(answer: Any, key: str, widths: tuple[float, float]) -> Iterable[str]:
@@ -73,4 +82,5 @@ def _requirement_faults(requirement: GripRequirement, key: str, widths: tuple[fl
 CHECKS = (
     Check("accepts", "a rule accepts some kind of primitive, and asks for something", accepts),
     Check("requirements", "requirements are possible and in mm", requirements),
+    Check("named", "the manifest names the class of what is held", named),
 )

@@ -1,7 +1,8 @@
 """A plug-in tried on sample cases: every case twice, with all that the checks need to compare."""
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 from gripwright.domain.errors import Rejection
 from gripwright.domain.shape import Primitive
 from gripwright.plugin_api import RunContext
+from gripwright.plugin_api.stored import unnamed_class
 from gripwright.testing.leaves import leaves
 from gripwright.testing.samples import Sample, fake_context, sample_components
 from gripwright.testing.time_limit import TimeUp, time_limit
@@ -47,17 +49,28 @@ OWN_SAMPLES = "as `samples` of its PluginEntry, and of check_plugin or parametri
 """Where an author's own samples are taken from."""
 
 
+_NUMBERS = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
+
+
 class DidNotAnswer(Exception):
     """A case that ended with an exception."""
 
 
 class Trial:
-    """A plug-in class and its runs; they are made when they are first asked for. `samples` are the author's own."""
+    """A plug-in class and its runs; they are made when they are first asked for.
+
+    `samples` are the author's own, `primitives` the classes that manifests name, None where there is no manifest to ask.
+    """
 
     def __init__(
-        self, plugin: Any, kind: str, cases_of: "Callable[[Trial], Sequence[Case]]", samples: Sequence[Any] = ()
+        self,
+        plugin: Any,
+        kind: str,
+        cases_of: "Callable[[Trial], Sequence[Case]]",
+        samples: Sequence[Any] = (),
+        primitives: Collection[type] | None = None,
     ) -> None:
-        self.plugin, self.kind, self._cases_of, self.samples = plugin, kind, cases_of, samples
+        self.plugin, self.kind, self._cases_of, self.samples, self.primitives = plugin, kind, cases_of, samples, primitives
 
     @property
     def components(self) -> tuple[Sample, ...]:
@@ -86,6 +99,36 @@ class Trial:
     def answers(self) -> Iterable[tuple[Case, Any]]:
         """Every case with its answer, where that is no Rejection."""
         return ((run.case, run.answer) for run in self.runs if not isinstance(run.answer, Rejection))
+
+    @property
+    def own_runs(self) -> tuple[Run, ...]:
+        """The runs of the author's own samples."""
+        own = {id(sample.component if isinstance(sample, Sample) else sample) for sample in self.samples}
+        return tuple(run for run in self.runs if any(id(value) in own for value in run.case.arguments.values()))
+
+    def unnamed(self, primitives: Iterable[Any]) -> list[str]:
+        """A sentence for each class of primitives that results cannot hold, since no manifest names it."""
+        if self.primitives is None:
+            return []
+        missing = {cls for primitive in primitives if (cls := unnamed_class(primitive, self.primitives)) is not None}
+        return [
+            f"{cls.__name__}, which its PluginEntry.primitives does not name: "
+            f'add "{cls.__module__}:{cls.__qualname__}" to it, results cannot be stored without'
+            for cls in sorted(missing, key=lambda cls: cls.__qualname__)
+        ]
+
+    def refused_own(self, asked: str, answer: str) -> str:
+        """A sentence where all of the author's own samples are refused; empty: one is answered, or there are none."""
+        own = [(run.case.name, run.answer) for run in self.own_runs]
+        if not own or not all(isinstance(said, Rejection) for _, said in own):
+            return ""
+        name, rejection = own[0]
+        counted = (
+            f"{len(own)} {asked} of your own samples"
+            if any(self.answers())
+            else f"{len(self.runs)} {asked}, {len(own)} of them of your own samples,"
+        )
+        return f"none of {counted} is answered with {answer}; {name!r} got {rejection.code}: {rejection.detail}"
 
     def _run(self, case: Case) -> Run:
         before = leaves(case.arguments)
@@ -136,7 +179,16 @@ class Check:
             details = [str(error)]
         except Exception as error:  # noqa: BLE001 - a plug-in's own code, or its answer's
             details = [f"cannot be checked, it raises {type(error).__name__}: {error}"]
-        return [Finding(self.name, detail) for detail in details]
+        return [Finding(self.name, detail) for detail in _each_once(details)]
+
+
+def _each_once(details: Sequence[str]) -> Iterable[str]:
+    """What is wrong with several samples alike, but for numbers, is told of the first: "sample: what is wrong"."""
+    alike: dict[str, list[str]] = {}
+    for detail in details:
+        sample, _, fault = detail.partition(": ")
+        alike.setdefault(_NUMBERS.sub("0", fault) or sample, []).append(detail)
+    return (f"{first} (and {len(more)} more like it)" if more else first for first, *more in alike.values())
 
 
 def is_vectors(value: Any, *, unit: bool = False) -> bool:

@@ -1,6 +1,6 @@
 """Stage fit: every fitter looks at a segment, the primitive that explains its volume best is kept (paper, section 4.2)."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from gripwright.domain.assembly import Component
@@ -12,16 +12,24 @@ ALIKE = 1e-6
 """Share of the hull's volume by which volumes that count as the same may differ."""
 
 
-def fit(component: Component, segment: Segment, fitters: Mapping[str, PrimitiveFitter], ctx: RunContext) -> SegmentAnalysis:
+def fit(
+    component: Component,
+    segment: Segment,
+    fitters: Mapping[str, PrimitiveFitter],
+    ctx: RunContext,
+    check: Callable[[str, Primitive], object] = lambda key, primitive: None,
+) -> SegmentAnalysis:
     """The primitive whose volume is closest to that of the segment's convex hull, of those with a filled surface.
 
     Of those alike within `ALIKE` the one of the fitter named first. The other filled ones stay as alternatives, the next best
-    first. `ctx.timings` gains "fit.<fitter>".
+    first. `ctx.timings` gains "fit.<fitter>". `check` sees each primitive, with its fitter, and raises where it cannot be used.
     """
     outcomes: dict[str, Primitive | Rejection] = {}
     for key, fitter in fitters.items():
         with ctx.timed(f"fit.{key}"):
-            outcomes[key] = fitter.fit(component, segment, ctx)
+            outcomes[key] = outcome = fitter.fit(component, segment, ctx)
+        if not isinstance(outcome, Rejection):
+            check(key, outcome)
     filled = {k: p for k, p in outcomes.items() if not isinstance(p, Rejection) and p.surface_filled}
     ranked = sorted(filled, key=lambda key: _off(filled[key], segment))
     kept = ranked[0] if ranked else None
