@@ -73,7 +73,7 @@ def ball_package(folder: Path) -> Path:
 
 
 def test_the_guide_prints_the_project_of_a_fitter_and_its_rule(tmp_path: Path) -> None:
-    folder = write_project("ball", ["fitter", "rule"], tmp_path)
+    folder, _ = write_project("ball", ["fitter", "rule"], tmp_path)
 
     written = {str(path.relative_to(folder)): path.read_text(encoding="utf-8") for path in folder.rglob("*.*") if path.is_file()}
 

@@ -144,8 +144,8 @@ def site(tmp_path, monkeypatch):
 
 
 def test_a_new_project_of_every_kind_passes_its_own_tests(tmp_path):
-    folders = {kind: write_project(f"my_{kind}", [kind], tmp_path) for kind in KINDS}
-    folders["fitter and rule"] = write_project("pair", ["rule", "fitter"], tmp_path)
+    folders = {kind: write_project(f"my_{kind}", [kind], tmp_path)[0] for kind in KINDS}
+    folders["fitter and rule"] = write_project("pair", ["rule", "fitter"], tmp_path)[0]
     sources = os.pathsep.join(str(folder / "src") for folder in folders.values())
 
     options = ("-q", "-rA", "-p", "no:cacheprovider", "--import-mode", "importlib", "--rootdir", str(tmp_path))
@@ -161,7 +161,7 @@ def test_a_new_project_of_every_kind_passes_its_own_tests(tmp_path):
 
 
 def test_the_page_on_testing_names_what_a_new_fitter_has(tmp_path):
-    folder = write_project("ball", ["fitter"], tmp_path)
+    folder, _ = write_project("ball", ["fitter"], tmp_path)
     source = (folder / "src/gripwright_ball/fitter.py").read_text(encoding="utf-8")
 
     imported = re.findall(r"^from gripwright_ball.fitter import (.+)$", TESTING.read_text(encoding="utf-8"), re.M)
@@ -204,6 +204,8 @@ def test_the_command_writes_a_project_and_says_where(tmp_path):
 
     assert made.returncode == 0, made.stderr
     assert "gripwright-ball" in made.stdout
+    assert "`gripwright plugins check fitter/ball`" in made.stdout
+    assert "docs/plugins/README.md" in made.stdout
     assert (tmp_path / "gripwright-ball/src/gripwright_ball/fitter.py").is_file()
 
 
@@ -227,6 +229,15 @@ def test_plugins_are_checked_with_the_samples_that_their_manifest_names(site):
         checked.stdout,
     ), checked.stdout
     assert checked.returncode == 1
+
+
+def test_another_version_of_the_distribution_than_the_manifests_is_told(site):
+    install(site, "gripwright-sampled", SAMPLED, version="1.3")
+
+    checked = run(site, "gripwright.cli", "plugins", "check", "cubes", path=site, allow=["gripwright-sampled"])
+
+    assert checked.stdout == "fitter/cubes: passes\n"
+    assert "note: gripwright-sampled is 1.3, its manifest says 1.0: this is shown, and stored with results" in checked.stderr
 
 
 def test_one_plugin_is_checked_by_its_key(site):

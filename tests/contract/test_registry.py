@@ -235,6 +235,30 @@ def test_an_unknown_key_is_answered_with_what_exists(good):
     assert "installed: fake" in refused.value.faults[0].message
 
 
+@pytest.mark.parametrize("options", [{"segmenter": "late"}, {"late.rays": 5}])
+def test_a_key_that_is_not_there_is_answered_with_what_did_not_load(good, options):
+    install(good, "gripwright-late", "raise RuntimeError('broken')")
+
+    with pytest.raises(InvalidPlan) as refused:
+        check_options({**FAKE_OPTIONS, **options}, describe(load(GOOD, "gripwright-late")))
+
+    assert refused.value.faults[0].message.endswith("not loaded: gripwright-late, `gripwright plugins` and GET /plugins say why")
+
+
+@pytest.mark.parametrize(
+    ("options", "detail"),
+    [
+        ({"fake.rays": 0}, "the options have faults"),
+        ({"fake.rays": 0, "segmenter": "magic"}, "the plan cannot be run with what is installed"),
+    ],
+)
+def test_a_plan_is_said_not_to_run_with_what_is_installed_only_where_a_plugin_is_missing(good, options, detail):
+    with pytest.raises(InvalidPlan) as refused:
+        check_options({**FAKE_OPTIONS, **options}, describe(load(GOOD)))
+
+    assert refused.value.detail == detail
+
+
 def test_the_papers_plan_is_the_papers_method_whatever_else_is_asked():
     description = describe(load("gripwright"))
 

@@ -156,13 +156,14 @@ class FacetPairPlanner:
 def _grasps(plan: _Plan, requirement: GripRequirement) -> Iterator[Grasp]:
     """The plan's grasps, in its order."""
     degrees, stands = np.degrees(plan.turn_rad) % 360.0, np.asarray(np.isfinite(plan.leeway).all(axis=(1, 2)))
+    aside = np.round(plan.offset_mm, 1) + 0.0  # no minus zero
     for i in range(len(plan.rank)):
         yield Grasp(
             X_CG=plan.X_CG[i],
             gripper_type=requirement.gripper_type,
             grip=requirement.grip,
             opening_width_mm=plan.opening_mm,
-            label=f"across {plan.opening_mm:.1f} mm, turned {degrees[i]:.0f}°, {plan.offset_mm[i]:.1f} mm aside",
+            label=f"across {plan.opening_mm:.1f} mm, turned {degrees[i]:.0f}°, {aside[i]:.1f} mm aside",
             leeway=plan.leeway[i] if stands[i] else None,
         )
 

@@ -21,6 +21,10 @@ _FILES = {
 """Path in the project → template."""
 _FILES_OF_PLUGIN = {"src/{module}/{kind}.py": "kinds/{template}.py", "tests/test_{kind}.py": "tests.py"}
 _FILES_OF_FITTER = {"src/{module}/samples.py": "samples.py"}
+_RENAMING = """
+`three_finger_{name}` is named for the grip that the example asks for. Name yours for its own: the `key` and the classes in
+`src/{module}/rule.py`, the entry in `src/{module}/__init__.py`, the import in `tests/test_rule.py`.
+"""
 _TOGETHER = ("fitter", "rule")
 
 
@@ -34,8 +38,8 @@ class _Begun:
     template: str
 
 
-def write_project(name: str, kinds: Sequence[str], out: Path) -> Path:
-    """Write the project of a plug-in with that key, or of a fitter and its rule; its folder.
+def write_project(name: str, kinds: Sequence[str], out: Path) -> tuple[Path, list[str]]:
+    """Write the project of a plug-in with that key, or of a fitter and its rule; its folder, and each kind/key in it.
 
     InvalidInput, or Conflict where the folder exists.
     """
@@ -50,6 +54,7 @@ def write_project(name: str, kinds: Sequence[str], out: Path) -> Path:
         "announced": " and the ".join(f"{one.kind} `{one.key}`" for one in begun),
         "checks": "\n".join(f"gripwright plugins check {one.kind}/{one.key}" for one in begun),
         "check_steps": "\n".join(f"      - run: gripwright plugins check {one.kind}/{one.key}" for one in begun),
+        "renaming": _RENAMING.format(module=module, name=name) if len(begun) > 1 else "",
         "sources": " and ".join(f"`src/{module}/{one.kind}.py`" for one in begun),
     }
     has_samples = any(one.kind == "fitter" for one in begun)
@@ -67,7 +72,7 @@ def write_project(name: str, kinds: Sequence[str], out: Path) -> Path:
         raise Conflict(f"{folder} exists already") from None
     except OSError as error:
         raise InvalidInput(f"the project cannot be written: {error}") from None
-    return folder
+    return folder, [f"{one.kind}/{one.key}" for one in begun]
 
 
 def _begun(name: str, kinds: Sequence[str]) -> list[_Begun]:

@@ -1,6 +1,9 @@
 """`gripwright plugins`: what is installed, whether it keeps the contract, and the start of a new one."""
 
+import importlib.metadata
 import json
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -10,9 +13,11 @@ from gripwright.cli.plugin_check import findings_in_children
 from gripwright.cli.plugin_project import write_project
 from gripwright.domain.errors import NotFound
 from gripwright.plugin_api.manifest import KINDS
-from gripwright.registry.description import FailureDescription, RegistryDescription, describe_in_child
+from gripwright.registry.description import FailureDescription, PluginDescription, RegistryDescription, describe_in_child
 from gripwright.registry.plans import plan_schema
 from gripwright.settings import load_settings
+
+GUIDE = "docs/plugins/README.md of Gripwright's repository"
 
 plugins = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -58,6 +63,8 @@ def check(
         typer.echo(f"{name}: {'fails' if findings else 'passes'}")
         for finding in findings:
             typer.echo(f"  {finding}")
+    for note in _other_versions(description["plugins"], names):
+        typer.echo(note, err=True)
     if broken:
         raise typer.Exit(1)
 
@@ -69,8 +76,10 @@ def new(
     out: Annotated[Path, typer.Option(help="the folder in which the project's folder is made")] = Path(),
 ) -> None:
     """Begin a plug-in: a project with code, tests and CI that passes its own tests at once."""
-    folder = write_project(name, kind, out)
+    folder, keys = write_project(name, kind, out)
     typer.echo(f"{folder}: install it with `python -m pip install -e {folder}`, test it with `python -m pytest {folder}`")
+    typer.echo(f"what is installed is checked by {' and '.join(f'`gripwright plugins check {key}`' for key in keys)}")
+    typer.echo(f"how to go on: {GUIDE}")
 
 
 def _chosen(description: RegistryDescription, key: str | None) -> tuple[list[str], list[FailureDescription]]:
@@ -84,6 +93,15 @@ def _chosen(description: RegistryDescription, key: str | None) -> tuple[list[str
     if not chosen and not failed:
         raise NotFound(f"no plug-in {key!r} is installed; there are {', '.join(names)}")
     return chosen, failed
+
+
+def _other_versions(plugins: Sequence[PluginDescription], names: Collection[str]) -> Iterator[str]:
+    """A sentence for each distribution of the named plug-ins whose version is another than its manifest's."""
+    stated = {one["distribution"]: one["version"] for one in plugins if f"{one['kind']}/{one['key']}" in names}
+    for distribution, version in stated.items():
+        with suppress(importlib.metadata.PackageNotFoundError):
+            if (packaged := importlib.metadata.version(distribution)) != version:
+                yield f"note: {distribution} is {packaged}, its manifest says {version}: this is shown, and stored with results"
 
 
 def _not_loaded(failure: FailureDescription) -> str:

@@ -10,11 +10,10 @@ from pydantic import ValidationError
 
 from gripwright.design.plan import Plan
 from gripwright.design.toolbox import PluginVersion, Toolbox, record_classes
-from gripwright.domain.errors import InvalidPlan
 from gripwright.plugin_api import GraspPlanner, Params
 from gripwright.registry.discovery import InstalledPlugin, Registry
 from gripwright.registry.parameters import schema_faults
-from gripwright.registry.plans import chosen, effective_plan, plan_faults
+from gripwright.registry.plans import chosen, effective_plan, refuse_faults
 
 Make = Callable[[InstalledPlugin, Params], Any]
 
@@ -26,14 +25,17 @@ def _made(installed: InstalledPlugin, params: Params) -> Any:
 def build_toolbox(plan: Plan, registry: Registry, make: Make = _made) -> Toolbox:
     """The plug-ins of the plan, built by `make`. InvalidPlan names every fault at its place in the options."""
     plan = effective_plan(plan)
-    faults = plan_faults(plan, ((plugin.kind, plugin.key) for plugin in registry.plugins), partial(_params_faults, registry))
-    if faults:
-        raise InvalidPlan("the plan cannot be run with what is installed", faults=tuple(faults))
+    refuse_faults(
+        plan,
+        ((plugin.kind, plugin.key) for plugin in registry.plugins),
+        (failure.distribution for failure in registry.failures),
+        partial(_params_faults, registry),
+    )
     versions: dict[str, PluginVersion] = {}
     built: dict[str, dict[str, Any]] = defaultdict(dict)  # kind → key → instance
     for _, kind, key in chosen(plan):
         installed = registry.find(kind, key)
-        assert installed is not None  # plan_faults would have said so
+        assert installed is not None  # refuse_faults would have said so
         params = parse_params(installed, plan.params.get(key, {}))
         built[kind][key] = make(installed, params)
         versions[installed.name] = PluginVersion(

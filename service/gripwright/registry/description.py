@@ -10,7 +10,7 @@ from gripwright.design.plan import Plan, plan_of
 from gripwright.domain.errors import Fault, InvalidPlan, PluginFailure
 from gripwright.registry.discovery import InstalledPlugin, Registry
 from gripwright.registry.parameters import schema_faults
-from gripwright.registry.plans import effective_plan, plan_faults
+from gripwright.registry.plans import effective_plan, refuse_faults
 
 LOADING = "loading "
 """Begins the line of a distribution that is loaded next."""
@@ -90,10 +90,12 @@ def check_options(options: Mapping[str, Any], description: RegistryDescription) 
     """The plan of options as given, checked against what is installed. InvalidPlan names every fault at its place."""
     plan = effective_plan(plan_of(options))
     schemas = {(plugin["kind"], plugin["key"]): plugin["options"] for plugin in description["plugins"]}
-    faults = plan_faults(plan, schemas, lambda kind, key, params: schema_faults(schemas[kind, key], params))
-    if faults:
-        placed = tuple(Fault(pointer=_as_given(fault.pointer, options), message=fault.message) for fault in faults)
-        raise InvalidPlan("the plan cannot be run with what is installed", faults=placed)
+    not_loaded = (failure["distribution"] for failure in description["failures"])
+    try:
+        refuse_faults(plan, schemas, not_loaded, lambda kind, key, params: schema_faults(schemas[kind, key], params))
+    except InvalidPlan as refused:
+        placed = tuple(Fault(pointer=_as_given(fault.pointer, options), message=fault.message) for fault in refused.faults)
+        raise InvalidPlan(refused.detail, faults=placed) from None
     return plan
 
 

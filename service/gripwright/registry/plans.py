@@ -1,6 +1,6 @@
 """What a plan asks of the registry: which plug-ins, with which parameters."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -80,14 +80,33 @@ def chosen(plan: Plan) -> Iterator[tuple[str, str, str]]:
                 yield f"/options/{field}/{index}", kind, key
 
 
-def plan_faults(
-    plan: Plan, installed: Iterable[tuple[str, str]], params_faults: Callable[[str, str, dict[str, Any]], list[tuple[str, str]]]
-) -> list[Fault]:
-    """Every fault of a plan, given the (kind, key) of what is installed.
+def refuse_faults(
+    plan: Plan,
+    installed: Iterable[tuple[str, str]],
+    not_loaded: Iterable[str],
+    params_faults: Callable[[str, str, dict[str, Any]], list[tuple[str, str]]],
+) -> None:
+    """InvalidPlan that names every fault of a plan, given the (kind, key) of what is installed.
 
-    `params_faults(kind, key, params)` gives the faults of parameters as (name, message).
+    `not_loaded` are distributions of which nothing is; `params_faults(kind, key, params)` gives the faults of parameters as
+    (name, message).
     """
     known = sorted(set(installed))
+    faults = plan_faults(plan, known, sorted(set(not_loaded)), params_faults)
+    if faults:
+        missing = any((kind, key) not in known for _, kind, key in chosen(plan))
+        what = "the plan cannot be run with what is installed" if missing else "the options have faults"
+        raise InvalidPlan(what, faults=tuple(faults))
+
+
+def plan_faults(
+    plan: Plan,
+    known: Sequence[tuple[str, str]],
+    not_loaded: Sequence[str],
+    params_faults: Callable[[str, str, dict[str, Any]], list[tuple[str, str]]],
+) -> list[Fault]:
+    """Every fault of a plan; the arguments are those of `refuse_faults`."""
+    also = f"; not loaded: {_listed(not_loaded)}, `gripwright plugins` and GET /plugins say why" if not_loaded else ""
     faults = []
     named = set()
     for pointer, kind, key in chosen(plan):
@@ -96,13 +115,13 @@ def plan_faults(
         named.add((kind, key))
         if (kind, key) not in known:
             existing = _listed([other for other_kind, other in known if other_kind == kind])
-            faults.append(Fault(pointer=pointer, message=f"there is no {kind} {key!r}; installed: {existing}"))
+            faults.append(Fault(pointer=pointer, message=f"there is no {kind} {key!r}; installed: {existing}{also}"))
     for key, params in plan.params.items():
         kinds = [kind for kind, known_key in known if known_key == key]
         if not kinds:
             existing = _listed(sorted({other for _, other in known}))
             faults.append(
-                Fault(pointer=f"/options/{key}", message=f"there is no option or plug-in {key!r}; plug-ins: {existing}")
+                Fault(pointer=f"/options/{key}", message=f"there is no option or plug-in {key!r}; plug-ins: {existing}{also}")
             )
         found = [fault for kind in kinds for fault in params_faults(kind, key, params)]
         for name, message in dict.fromkeys(found):

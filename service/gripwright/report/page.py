@@ -69,15 +69,20 @@ def _summary(document: Mapping[str, Any]) -> str:
     covered = sum(operation["status"] == "covered" for operation in operations)
     optimum = document["optimum"]
     proof = (
-        f"Fewer than {optimum['lower_bound']} grippers cannot do it (proven)."
+        f"Fewer than {_counted(optimum['lower_bound'], 'gripper')} cannot do it (proven)."
         if optimum["proven"]
         else f"At least {optimum['lower_bound']} are needed; that this set is the smallest is not proven."
     )
     return (
         f'<p><span class="{_tone(document["status"] == "complete")}">{escape(document["status"])}</span>: '
-        f"{len(document['grippers'])} grippers, {optimum['new']} of them new, do {covered} of {len(operations)} operations. "
+        f"{_counted(len(document['grippers']), 'gripper')}, {optimum['new']} of them new, "
+        f"{'does' if len(document['grippers']) == 1 else 'do'} {covered} of {_counted(len(operations), 'operation')}. "
         f"{proof} {_objectives(optimum['objectives'])}</p>"
     )
+
+
+def _counted(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def _objectives(objectives: Mapping[str, str]) -> str:
@@ -193,7 +198,7 @@ def _components(result: DesignResult, views: Views) -> str:
     for component, analysis, entry, (view, primitives) in entries:
         rows = [_segment_row(segment) for segment in entry["segments"]]
         head = ["segment", "primitive", "gripper", "opening, mm", "L⁻, mm", "grasps free / planned", "rejected because"]
-        caption = f"{len(rows)} segments by {escape(analysis.segmenter)}"
+        caption = f"{_counted(len(rows), 'segment')} by {escape(analysis.segmenter)}"
         said = [text for text in (entry["detail"], *entry["remarks"]) if text]
         detail = "".join(f"<p>{escape(text)}</p>" for text in said)
         parts.append(
