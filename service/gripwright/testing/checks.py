@@ -76,15 +76,19 @@ def check_plugin(
 
 
 def parametrize_with_checks(
-    plugins: Sequence[Any], *, samples: Sequence[Sample | Primitive] = (), time_limit_s: float = TIME_LIMIT_S
+    plugins: Sequence[Any],
+    *,
+    samples: Sequence[Sample | Primitive] = (),
+    primitives: Collection[type] | None = None,
+    time_limit_s: float = TIME_LIMIT_S,
 ) -> "pytest.MarkDecorator":
-    """Parametrise a test by (plugin, check): `assert check(plugin) == []`. `samples` as of `check_plugin`, for all of them."""
+    """Parametrise a test by (plugin, check): `assert check(plugin) == []`. The others as of `check_plugin`, for all of them."""
     import pytest
 
     cases = [
         pytest.param(plugin, _bound(check, trial, time_limit_s), id=f"{plugin.__name__}-{check.name.replace(' ', '-')}")
         for plugin in plugins
-        for trial in [_trial(plugin, _known_kind(plugin), samples)]
+        for trial in [_trial(plugin, _known_kind(plugin), samples, primitives)]
         for check in checks_for(trial.kind)
     ]
     return pytest.mark.parametrize(("plugin", "check"), cases)
@@ -111,7 +115,5 @@ def _bound(check: Check, trial: Trial, time_limit_s: float) -> Callable[[Any], l
     return lambda plugin: [str(finding) for finding in check.findings(trial, time_limit_s)]
 
 
-def _trial(
-    plugin_class: Any, kind: str, samples: Sequence[Sample | Primitive], primitives: Collection[type] | None = None
-) -> Trial:
+def _trial(plugin_class: Any, kind: str, samples: Sequence[Sample | Primitive], primitives: Collection[type] | None) -> Trial:
     return Trial(plugin_class, kind, _KINDS[kind].cases, tuple(samples), primitives)
