@@ -15,7 +15,7 @@ setup: .venv/.installed ## install everything into .venv, from locked and hashed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@echo "compiling (once; the first design need not)"
-	@data=$$(mktemp -d) && GRIPWRIGHT_DATA=$$data $(BIN)/gripwright analyse service/gripwright/samples/pump/nut.stl --units mm > $$data/log; rm -r $$data
+	@data=$$(mktemp -d) && GRIPWRIGHT_DATA=$$data $(BIN)/gripwright design service/gripwright/samples/pump --out $$data/design > $$data/log; rm -r $$data
 	@touch $@
 
 demo: setup ## the sample product through the real service, down to the bill of materials
