@@ -55,6 +55,8 @@ RULES = (
     "two_finger_ends",
     "three_finger_cone",
     "four_finger_cone",
+    "two_finger_cone",
+    "two_finger_cylinder",
     "two_finger_pyramid",
     "three_finger_pyramid",
     "four_finger_pyramid",

@@ -13,7 +13,8 @@ import pytest
 
 from gripwright.design.catalogue import envelope_ladder
 from gripwright.design.catalogue import select as select_actuators
-from gripwright.design.stages.select import Selection, SelectOptions, select
+from gripwright.design.demand import SelectOptions
+from gripwright.design.stages.select import Selection, select
 from gripwright.domain.assembly import AssemblyTask, Operation
 from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import CENTRIC_3, EXTERNAL, PARALLEL_2, FreeGrasp, Grasp, Hold, OperationVerdict, SegmentVerdict

@@ -236,7 +236,9 @@ def _gripper(
         },
         "files": {name.replace(".", "_"): f"{folder}/{name}" for name in files},
         "detail": cad.detail if isinstance(cad, Rejection) else None,
-        "finger": None if made is None else _finger(made),
+        "finger": None
+        if made is None
+        else {"material": made.finger.material, "mass": made.finger.mass_kg, **made.finger.properties},
         "handles": [_handle(handle, check, gripper, made) for handle, check in zip(gripper.handles, checks, strict=True)],
     }
 
@@ -245,10 +247,6 @@ def _not_chosen(parts: DesignParts, gripper_id: str) -> list[dict[str, str]]:
     """Each other actuator and why the gripper does not have it; of none where the gripper is owned."""
     reasons = {**parts.selection.not_chosen[gripper_id], **parts.unavailable} if gripper_id in parts.selection.not_chosen else {}
     return [{"actuator": name, "code": reason.code, "detail": reason.detail} for name, reason in sorted(reasons.items())]
-
-
-def _finger(cad: GripperCad) -> dict[str, Any]:
-    return {"material": cad.finger.material, "mass": cad.finger.mass_kg, **cad.finger.properties}
 
 
 def _handle(handle: Handle, check: HandleReport, gripper: Gripper, cad: GripperCad | None) -> dict[str, Any]:

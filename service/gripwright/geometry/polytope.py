@@ -8,6 +8,7 @@ from scipy.spatial import ConvexHull
 from gripwright.domain.shape import FloatArray, IntArray
 
 _FLAT = 1e-9  # faces of a hull whose normals differ by less are one face that Qhull has triangulated
+_STANDING_MM = 1e-12  # so short a way leads nowhere; squares of much shorter ones are 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -43,7 +44,7 @@ class Polytope:
         A face that looks along the displacement goes with it; between faces that look along it and faces that look against it
         each edge sweeps a face of its own.
         """
-        if not np.abs(displacement).max() > 0.0:
+        if not np.abs(displacement).max() > _STANDING_MM:
             return self.faces
         along = self.faces.normals @ displacement  # (f,)
         first, second = (normals @ displacement for normals in self._beside)

@@ -19,6 +19,7 @@ from gripwright.design.holder import sized_hand
 from gripwright.design.holding import contact_radius_mm
 from gripwright.design.nearest_miss import closest_grasp
 from gripwright.design.places import Places, hopeless
+from gripwright.design.plan_lacks import not_in_plan, planners_of, too_narrow
 from gripwright.design.stages.keep import TIE, explained_mm2
 from gripwright.design.tapered_hand import tapered
 from gripwright.design.toolbox import Toolbox
@@ -26,7 +27,7 @@ from gripwright.domain.errors import Rejection
 from gripwright.domain.grasp import INTERNAL, SURFACE, FreeGrasp, Grasp, GripRequirement, NearestMiss, SegmentVerdict
 from gripwright.domain.shape import FloatArray, Primitive, SegmentAnalysis
 from gripwright.domain.taper import taper_words
-from gripwright.plugin_api import GraspPlanner, HandModel, RunContext, grips_of
+from gripwright.plugin_api import HandModel, RunContext
 
 _MOST_PLACES, _TURNING = 40_000, 20
 """Places between grasps that are looked at in one operation at one resolution, and how many each counts for
@@ -103,13 +104,13 @@ class SegmentSearch:
                 settled = settled or (held and not self._is_as_good_as_the_first(requirement.primitive))
                 if settled:
                     continue
-            lacking = _not_in_plan(requirement, self._toolbox)
+            lacking = not_in_plan(requirement, self._toolbox)
             if lacking is not None:
                 self._lacking.append(lacking)
                 continue
             hand = sized_hand(self._toolbox.hands[requirement.gripper_type], requirement.opening_width_mm)
             hand = tapered(hand, requirement.taper_rad, requirement.vee)
-            narrow = _too_narrow(requirement, hand, scene.release_clearance_mm)
+            narrow = too_narrow(requirement, hand, scene.release_clearance_mm)
             if narrow is not None:
                 self._narrow.append(narrow)
                 continue
@@ -117,7 +118,7 @@ class SegmentSearch:
             radius_mm = np.inf
             if requirement.grip != SURFACE:
                 radius_mm = contact_radius_mm(requirement.primitive, gripping_surface(hand, requirement.grip), self._ctx.pad)
-            for planner in _planners(requirement, self._toolbox):
+            for planner in planners_of(requirement, self._toolbox):
                 with self._ctx.timed("grasps.plan"):
                     grasps = planner.plan(self._judge.held.component, self._analysis.segment, requirement, hand, self._ctx)
                     grasps = [_tipped(grasp, requirement) for grasp in grasps]
@@ -207,9 +208,9 @@ class SegmentSearch:
         if closest is not None:
             return reason.nearest_miss(closest, segment, self._judge.held.component.id, around.scene)
         clearance_mm = around.scene.release_clearance_mm
-        known = [need for need in self._requirements if _not_in_plan(need, self._toolbox) is None]
+        known = [need for need in self._requirements if not_in_plan(need, self._toolbox) is None]
         narrow = [(need, self._toolbox.hands[need.gripper_type]) for need in known]
-        narrow = [entry for entry in narrow if _too_narrow(*entry, clearance_mm) is not None]
+        narrow = [entry for entry in narrow if too_narrow(*entry, clearance_mm) is not None]
         if not narrow:
             return None
         need, hand = max(narrow, key=lambda entry: entry[0].opening_width_mm)
@@ -235,7 +236,7 @@ class SegmentSearch:
         return Rejection(miss.code, f"{miss.detail} ({count} of {len(misses)} grasps fail so, no grasp comes further)")
 
     def _unplanned(self, need: GripRequirement) -> str:
-        asked = ", ".join(planner.key for planner in _planners(need, self._toolbox))
+        asked = ", ".join(planner.key for planner in planners_of(need, self._toolbox))
         what = f"{asked} plans no grasp for {need.rule} on the {need.primitive.kind} at {need.opening_width_mm:.1f} mm"
         return f"{what}, {taper_words(need.taper_rad)}" if need.taper_rad else f"{what}: no parallel facets, or no height"
 
@@ -277,36 +278,3 @@ def _tipped(grasp: Grasp, requirement: GripRequirement) -> Grasp:
 def _is_of_size(grasp: Grasp, requirement: GripRequirement) -> bool:
     same_type = (grasp.gripper_type, grasp.grip) == (requirement.gripper_type, requirement.grip)
     return same_type and grasp.opening_width_mm == requirement.opening_width_mm
-
-
-def _planners(requirement: GripRequirement, toolbox: Toolbox) -> list[GraspPlanner]:
-    """The plan's planners of that type and grip."""
-    of_type = toolbox.planners.get(requirement.gripper_type, ())
-    return [planner for planner in of_type if requirement.grip in grips_of(planner)]
-
-
-def _not_in_plan(requirement: GripRequirement, toolbox: Toolbox) -> Miss | None:
-    """What the plan lacks to hold as a rule of it asks."""
-    kind = requirement.gripper_type
-    lacks = [] if kind in toolbox.hands else ["hand model"]
-    lacks += [] if _planners(requirement, toolbox) else ["grasp planner"]
-    lacks += [] if requirement.grip != SURFACE or kind in toolbox.holding else ["holding model"]
-    if not lacks:
-        return None
-    return Miss(
-        stage=0, code="no-type", detail=f"{requirement.rule} asks for {kind}, of which the plan has no {', no '.join(lacks)}"
-    )
-
-
-def _too_narrow(requirement: GripRequirement, hand: HandModel, release_clearance_mm: float) -> Miss | None:
-    """Why the fingers do not fit into a bore, however they are put."""
-    if requirement.grip != INTERNAL:
-        return None
-    least = hand.opening_floor_mm(INTERNAL) + release_clearance_mm
-    if requirement.opening_width_mm >= least:
-        return None
-    detail = (
-        f"the bore of diameter {requirement.opening_width_mm:.2f} mm is too narrow for {hand.fingers} fingers: "
-        f"closed to let go they need {least:.2f} mm"
-    )
-    return Miss(stage=0, code="too-narrow", detail=detail)

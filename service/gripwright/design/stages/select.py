@@ -1,49 +1,24 @@
 """From what can be held to the smallest set of grippers: actuator, opening range, finger length and handles of each."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
 from gripwright.design import catalogue
-from gripwright.design.actuation import (
-    ActuatorClass,
-    HoldPolicy,
-    Shortfall,
-    classes_of,
-    costs_of,
-    outdone,
-    owned_class,
-    with_shorter_fingers,
-)
+from gripwright.design.actuation import ActuatorClass
+from gripwright.design.demand import Demand, Offer, SelectOptions, demand_of, offer_of
 from gripwright.design.handles import HeldGrasp, best_handle, fewest_changes, free_grasps
-from gripwright.design.not_chosen import ActuatorGrip, Offers, not_chosen, total_cost
+from gripwright.design.not_chosen import Offers, not_chosen, total_cost
 from gripwright.design.plan import Plan
-from gripwright.design.shortfall import closest, without_actuator, without_grasp
-from gripwright.design.tapered_hand import tapered
+from gripwright.design.shortfall import without_actuator, without_grasp
 from gripwright.design.toolbox import Toolbox
 from gripwright.domain.assembly import AssemblyTask
 from gripwright.domain.errors import Rejection
-from gripwright.domain.grasp import FreeGrasp, GraspConstraint, OperationVerdict
+from gripwright.domain.grasp import OperationVerdict
 from gripwright.domain.gripper import Actuator, Gripper, GripperParameters
 from gripwright.domain.gripper_set import ComponentAlternatives, GripperSet, GripperSetProblem
-from gripwright.domain.preference import Preference
 from gripwright.plugin_api import RunContext
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SelectOptions:
-    """What a plan asks of the selection."""
-
-    release_clearance_mm: float = 1.0
-    finger_length_step_mm: float = 5.0
-    safety_factor: float = 2.0
-    enforce_hold: bool = True
-    weigh_sequence: bool = True  # least cost and fewest tool changes before the shortest fingers
-    owned: tuple[Gripper, ...] = ()
-    too_heavy: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # actuator → `finger_length` (mm), `detail`
-    preferences: Mapping[str, Sequence[Preference]] = field(default_factory=dict)  # of the house, by actuator
-    refused: Sequence[tuple[Actuator, Rejection]] = ()  # by the house
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,8 +57,8 @@ def select(
     sequence = {operation.id: i for i, operation in enumerate(task.operations)}
     verdicts = sorted(verdicts, key=lambda verdict: sequence[verdict.operation])
     grasps = {verdict.operation: free_grasps(verdict) for verdict in verdicts}
-    offer = _offer([held for group in grasps.values() for held in group], actuators, options, toolbox)
-    demands = {operation: _demand(group, offer, options) for operation, group in grasps.items()}
+    offer = offer_of([held for group in grasps.values() for held in group], actuators, options, toolbox)
+    demands = {operation: demand_of(group, offer, options) for operation, group in grasps.items()}
     solution = toolbox.optimizer.solve(_problem(demands, offer, options), ctx)
     chosen = sorted(solution.grippers, key=lambda gripper: _order(gripper.parameters, offer.classes))
     able = {operation: frozenset(i for i, gripper in enumerate(chosen) if operation in gripper.holds) for operation in grasps}
@@ -116,71 +91,7 @@ def select(
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Offer:
-    """What can be chosen: classes of actuators by key, those of owned grippers among them, and the actuators outdone."""
-
-    classes: dict[str, ActuatorClass]
-    owned: dict[str, int]  # key of a class → index of the owned gripper
-    outdone: dict[ActuatorGrip, Rejection]
-    costs: dict[str, float]  # by actuator name
-    policy: HoldPolicy
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Demand:
-    """What one operation asks of the grippers: one of the constraints, and what failed in the other classes."""
-
-    constraints: tuple[GraspConstraint, ...]
-    shortfalls: dict[ActuatorGrip, Shortfall]  # the closest
-
-
-def _offer(grasps: Sequence[HeldGrasp], actuators: Sequence[Actuator], options: SelectOptions, toolbox: Toolbox) -> _Offer:
-    hands = toolbox.hands
-    policy = HoldPolicy(safety_factor=options.safety_factor, enforced=options.enforce_hold, models=toolbox.holding)
-    costs = costs_of(actuators, policy, options.preferences)
-    classes: dict[str, ActuatorClass] = {}
-    worse: dict[ActuatorGrip, Rejection] = {}
-    for fingers in sorted({_fingers(held.free) for held in grasps}):
-        frees = [held.free for held in grasps if _fingers(held.free) == fingers]
-        (gripper_type, grip, *_), one = fingers, frees[0].grasp
-        fitting = [actuator for actuator in actuators if actuator.gripper_type == gripper_type]
-        beaten = outdone(fitting, costs, grip)
-        worse.update({(name, grip): rejection for name, rejection in beaten.items()})
-        best = [actuator for actuator in fitting if actuator.name not in beaten]
-        for kind in classes_of(best, costs, frees, tapered(hands[gripper_type], one.taper_rad, one.vee), grip):
-            classes[kind.key] = with_shorter_fingers(kind, options.too_heavy)
-    owned = {f"owned|{i}": i for i in range(len(options.owned))}
-    classes.update({key: owned_class(key, options.owned[i], hands[options.owned[i].gripper_type]) for key, i in owned.items()})
-    return _Offer(classes=classes, owned=owned, outdone=worse, costs=costs, policy=policy)
-
-
-def _fingers(free: FreeGrasp) -> tuple[str, str, float, float, float]:
-    """What a grasp asks of fingers: grippers of other fingers are of other classes."""
-    grasp, vee = free.grasp, free.grasp.vee
-    v = (0.0, 0.0) if vee is None else (vee.angle_rad, vee.depth_mm)
-    return grasp.gripper_type, grasp.grip, grasp.taper_rad, *v
-
-
-def _demand(grasps: Sequence[HeldGrasp], offer: _Offer, options: SelectOptions) -> _Demand:
-    distinct = {_figures(held.free): held.free for held in grasps}
-    constraints: set[GraspConstraint] = set()
-    shortfalls: dict[ActuatorGrip, set[Shortfall]] = {}
-    for free in distinct.values():
-        for kind in offer.classes.values():
-            if not kind.serves(free):
-                continue
-            answer = kind.constraint(free, options.release_clearance_mm, offer.policy)
-            if isinstance(answer, Shortfall):
-                shortfalls.setdefault((kind.actuator.name, kind.grip), set()).add(answer)
-            else:
-                constraints.add(answer)
-    return _Demand(
-        constraints=tuple(_widest(constraints)), shortfalls={which: closest(found) for which, found in shortfalls.items()}
-    )
-
-
-def _offers(actuators: Sequence[Actuator], offer: _Offer, demands: Mapping[str, _Demand], options: SelectOptions) -> Offers:
+def _offers(actuators: Sequence[Actuator], offer: Offer, demands: Mapping[str, Demand], options: SelectOptions) -> Offers:
     return Offers(
         actuators=actuators,
         classes={key: kind for key, kind in offer.classes.items() if key not in offer.owned},
@@ -194,40 +105,7 @@ def _offers(actuators: Sequence[Actuator], offer: _Offer, demands: Mapping[str, 
     )
 
 
-def _figures(free: FreeGrasp) -> tuple[object, ...]:
-    """What selection knows of a grasp: grasps of the same figures make the same constraints."""
-    return (
-        *_fingers(free),
-        free.grasp.opening_width_mm,
-        free.release_opening_mm,
-        free.finger_length_max_mm,
-        free.hold.required_force_N,
-        tuple(free.envelopes_mm.tolist()),
-        tuple(free.finger_length_min_mm.tolist()),
-    )
-
-
-def _widest(constraints: Iterable[GraspConstraint]) -> list[GraspConstraint]:
-    """The constraints without those that are stricter than another one of the same class and width."""
-    kept: dict[tuple[str, float], list[GraspConstraint]] = {}
-    for one in sorted(constraints, key=_strictness):
-        rivals = kept.setdefault((one.gripper_type, one.opening_width_mm), [])
-        if not any(
-            other.finger_length_min_mm <= one.finger_length_min_mm
-            and other.finger_length_max_mm >= one.finger_length_max_mm
-            and other.release_clearance_mm <= one.release_clearance_mm
-            for other in rivals
-        ):
-            rivals.append(one)
-    return [one for rivals in kept.values() for one in rivals]
-
-
-def _strictness(one: GraspConstraint) -> tuple[str, float, float, float, float]:
-    length_min, length_max = one.finger_length_min_mm, one.finger_length_max_mm
-    return one.gripper_type, one.opening_width_mm, length_min, -length_max, one.release_clearance_mm
-
-
-def _owned_that_hold(demand: _Demand, offer: _Offer, options: SelectOptions) -> tuple[str, ...]:
+def _owned_that_hold(demand: Demand, offer: Offer, options: SelectOptions) -> tuple[str, ...]:
     return tuple(
         options.owned[i].id
         for i, parameters in zip(offer.owned.values(), _owned(offer, options), strict=True)
@@ -235,7 +113,7 @@ def _owned_that_hold(demand: _Demand, offer: _Offer, options: SelectOptions) -> 
     )
 
 
-def _problem(demands: Mapping[str, _Demand], offer: _Offer, options: SelectOptions) -> GripperSetProblem:
+def _problem(demands: Mapping[str, Demand], offer: Offer, options: SelectOptions) -> GripperSetProblem:
     return GripperSetProblem(
         classes={key: kind.gripper_class for key, kind in offer.classes.items() if key not in offer.owned},
         components=tuple(ComponentAlternatives(id=op, alternatives=demand.constraints) for op, demand in demands.items()),
@@ -246,7 +124,7 @@ def _problem(demands: Mapping[str, _Demand], offer: _Offer, options: SelectOptio
     )
 
 
-def _owned(offer: _Offer, options: SelectOptions) -> tuple[GripperParameters, ...]:
+def _owned(offer: Offer, options: SelectOptions) -> tuple[GripperParameters, ...]:
     return tuple(
         GripperParameters(
             gripper_type=key,
@@ -262,7 +140,7 @@ def _owned(offer: _Offer, options: SelectOptions) -> tuple[GripperParameters, ..
 def _gripper(
     gripper_id: str,
     parameters: GripperParameters,
-    offer: _Offer,
+    offer: Offer,
     operations: Sequence[str],
     grasps: Mapping[str, Sequence[HeldGrasp]],
     options: SelectOptions,
@@ -317,7 +195,7 @@ def _remarks(gripper: Gripper, options: SelectOptions) -> tuple[str, ...]:
 
 def _shortfall(
     verdict: OperationVerdict,
-    demand: _Demand,
+    demand: Demand,
     actuators: Sequence[Actuator],
     refused: Sequence[tuple[Actuator, Rejection]],
 ) -> str:
