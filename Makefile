@@ -41,7 +41,7 @@ openapi: setup ## write the OpenAPI document after the interface changed
 bench: setup ## measure against the yardsticks
 	$(BIN)/python -m tests.benchmarks
 
-soak: setup ## the long tests: load, faults, hostile input, requests made up from the OpenAPI document
+soak: setup ## the long tests: load, faults, hostile input, requests and assemblies that are made up
 	@bash .ci/system-packages test
 	$(BIN)/python -m tests.soak
 

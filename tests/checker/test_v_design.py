@@ -35,6 +35,8 @@ WITHOUT_V = (
     "tapered.rotation_step=60",  # few grasps are enough here
     "tapered.depths=3",
     "sdf.rays=10",
+    "finest_rotation=15",
+    "finest_step=5",
 )
 WITH_V = (WITHOUT_V[0], "rules=two_finger_box,two_finger_cone,two_finger_cylinder", *WITHOUT_V[2:])
 
