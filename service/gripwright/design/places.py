@@ -104,5 +104,5 @@ def _swallowed(grasps: Sequence[Grasp], hand: HandModel, scene: OperationScene) 
 
 
 def _words(at: FloatArray) -> str:
-    turned, (aside, deeper) = np.degrees(at[:2]).sum(), at[2:]
+    turned, aside, deeper = np.round([np.degrees(at[:2]).sum(), *at[2:]], 1) + 0.0  # no minus zero
     return f"{turned:+.1f}°, {aside:+.1f} mm aside, {deeper:+.1f} mm deeper"
