@@ -4,6 +4,7 @@ import itertools
 
 import manifold3d
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from gripwright.domain.assembly import IDENTITY, Component
 from gripwright.domain.shape import FloatArray, Mesh
@@ -98,3 +99,11 @@ def mesh_of(solid: manifold3d.Manifold) -> Mesh:
     """The surface of a solid."""
     found = solid.to_mesh64()
     return Mesh(vertices_mm=np.array(found.vert_properties[:, :3], dtype=float), faces=np.array(found.tri_verts, dtype=np.int64))
+
+
+def turned_pose(seed: int) -> FloatArray:
+    """Some pose, turned and moved."""
+    rng = np.random.default_rng(seed)
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = Rotation.random(random_state=rng).as_matrix(), rng.normal(size=3) * 40
+    return X

@@ -111,6 +111,26 @@ class Bench:
         return design, package
 
 
+def write_set_down(folder: Path, shapes: dict[str, trimesh.Trimesh]) -> None:
+    """A package in which each shape, modelled where it stands, is set down from above on the first, the plate."""
+    plate, *others = shapes
+    for name, shape in shapes.items():
+        shape.export(folder / f"{name}.stl")
+    components = [{"id": name, "file": f"{name}.stl", "units": "mm", "density": 1500, "friction": 0.35} for name in shapes]
+    operations = [
+        {
+            "id": f"op-{name}",
+            "active": [name],
+            "passive": [plate],
+            "pose_before": shifted(0, 0, 80).tolist(),
+            "pose_after": np.eye(4).tolist(),
+        }
+        for name in others
+    ]
+    product = {"part_number": "T-1", "revision": "A", "name": "Set down", "components": components, "operations": operations}
+    (folder / "product.json").write_text(json.dumps(product))
+
+
 def sound_bench() -> Bench:
     """A package and a design that keeps every promise; gaps follow from the heights of tips over the plate."""
     return copy.deepcopy(_SOUND)

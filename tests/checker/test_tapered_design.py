@@ -16,7 +16,7 @@ from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
 
-from checker.bench import box, shifted, tube
+from checker.bench import box, tube, write_set_down
 from checker.promises import check_design
 from designed_products import COMPLETE
 from mesh_factory import mesh_of
@@ -69,22 +69,7 @@ def stoppers(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "roof": pyramid(32.0, 10.0, 26.0).apply_translation([30, 0, PLATE_MM]),
         "plug": plug,
     }
-    for name, shape in shapes.items():
-        shape.export(folder / f"{name}.stl")
-    components = [{"id": name, "file": f"{name}.stl", "units": "mm", "density": 1500, "friction": 0.35} for name in shapes]
-    operations = [
-        {
-            "id": f"op-{name}",
-            "active": [name],
-            "passive": ["plate"],
-            "pose_before": shifted(0, 0, 80).tolist(),
-            "pose_after": np.eye(4).tolist(),
-        }
-        for name in shapes
-        if name != "plate"
-    ]
-    product = {"part_number": "T-1", "revision": "A", "name": "Stoppers", "components": components, "operations": operations}
-    (folder / "product.json").write_text(json.dumps(product))
+    write_set_down(folder, shapes)
     return folder
 
 

@@ -15,7 +15,7 @@ from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
 
-from checker.bench import box, shifted, tube
+from checker.bench import box, tube, write_set_down
 from checker.contact import contact_height
 from checker.gripper import Gripper, finger_pose
 from checker.package import read_package
@@ -54,22 +54,7 @@ def pins(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "thin": cone(5.5, 0.0, 20.0).apply_translation([-95, 0, PLATE_MM]),
         "plug": plug,
     }
-    for name, shape in shapes.items():
-        shape.export(folder / f"{name}.stl")
-    components = [{"id": name, "file": f"{name}.stl", "units": "mm", "density": 1500, "friction": 0.35} for name in shapes]
-    operations = [
-        {
-            "id": f"op-{name}",
-            "active": [name],
-            "passive": ["plate"],
-            "pose_before": shifted(0, 0, 80).tolist(),
-            "pose_after": np.eye(4).tolist(),
-        }
-        for name in shapes
-        if name != "plate"
-    ]
-    product = {"part_number": "V-1", "revision": "A", "name": "Pins", "components": components, "operations": operations}
-    (folder / "product.json").write_text(json.dumps(product))
+    write_set_down(folder, shapes)
     return folder
 
 

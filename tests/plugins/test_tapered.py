@@ -6,7 +6,6 @@ from typing import Any
 import manifold3d
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from gripwright.design.contact import Surface, contacts, seat
 from gripwright.design.stages.rules import requirements
@@ -32,7 +31,7 @@ from gripwright_builtin.shapes.hold_tapered import (
 )
 from gripwright_builtin.shapes.plan_tapered import TaperedPlanner, TaperedSettings
 from gripwright_builtin.shapes.pyramid import Pyramid
-from mesh_factory import component_of, mesh_of, moved
+from mesh_factory import component_of, mesh_of, moved, turned_pose
 
 CONE_RULE, FOUR_CONE_RULE, PAIR_RULE, THREE_RULE, FOUR_RULE = (
     rule(TaperSettings()) for rule in (ThreeFingerCone, FourFingerCone, TwoFingerPyramid, ThreeFingerPyramid, FourFingerPyramid)
@@ -149,13 +148,6 @@ def test_sides_that_are_not_filled_are_not_gripped() -> None:
 )
 def test_what_tapered_tips_cannot_hold_says_why(rule: Any, fit: Any, why: str) -> None:
     assert requirements([fit], [rule]) == Rejection("no-type", why)
-
-
-def turned_pose(seed: int) -> FloatArray:
-    rng = np.random.default_rng(seed)
-    X = np.eye(4)
-    X[:3, :3], X[:3, 3] = Rotation.random(random_state=rng).as_matrix(), rng.normal(size=3) * 40
-    return X
 
 
 def solid(fit: Cone | Pyramid, degrees: float, X: FloatArray, sections: int) -> Mesh:

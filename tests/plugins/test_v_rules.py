@@ -6,7 +6,6 @@ from typing import Any
 import manifold3d
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from gripwright.design.contact import Surface, contacts, seat
 from gripwright.design.stages.rules import requirements
@@ -22,7 +21,7 @@ from gripwright_builtin.planners.facet_pairs import FacetPairPlanner, FacetPairS
 from gripwright_builtin.shapes.cone import Cone
 from gripwright_builtin.shapes.hold_v import ConeVSettings, TwoFingerCone, TwoFingerCylinder, VSettings
 from gripwright_builtin.shapes.plan_tapered import TaperedPlanner, TaperedSettings
-from mesh_factory import component_of, mesh_of, moved
+from mesh_factory import component_of, mesh_of, moved, turned_pose
 
 CONE_RULE, CYLINDER_RULE = TwoFingerCone(ConeVSettings()), TwoFingerCylinder(VSettings())
 HAND, PLANNER = ParallelHand(HandSettings()), TaperedPlanner(TaperedSettings(rotation_step=45.0, depths=3))
@@ -103,13 +102,6 @@ def test_a_cone_asks_for_its_half_angle_in_steps_from_the_narrow_end_and_from_th
 )
 def test_what_v_tips_cannot_hold_says_why(rule: Any, fit: Any, why: str) -> None:
     assert requirements([fit], [rule]) == Rejection("no-type", why)
-
-
-def turned_pose(seed: int) -> FloatArray:
-    rng = np.random.default_rng(seed)
-    X = np.eye(4)
-    X[:3, :3], X[:3, 3] = Rotation.random(random_state=rng).as_matrix(), rng.normal(size=3) * 40
-    return X
 
 
 @pytest.mark.parametrize(
