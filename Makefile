@@ -23,7 +23,7 @@ demo: setup ## the sample product through the real service, down to the bill of 
 
 test: setup ## every test; installs Chromium and PostgreSQL from Debian where it may
 	@bash .ci/system-packages test
-	$(BIN)/python -m pytest -n 2 --dist loadgroup
+	$(BIN)/python -m pytest -n 2 --no-loadscope-reorder
 
 check: lint types test ## lint, types, import rules, OpenAPI unchanged, tests
 

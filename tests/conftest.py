@@ -1,20 +1,36 @@
 """Shared by all tests: modules beside this file can be imported by name."""
 
+import re
 import secrets
 from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
 
 import pytest
+from xdist.remote import Producer
+from xdist.scheduler import LoadScopeScheduling
 
 from designed_products import Designed, designer
 from postgresql_server import PostgresqlServer, running_postgresql
 from s3_server import S3Server, running_s3
 
+_ASKS_FOR_DESIGNS = re.compile(r"^def \w+\([^)]*\bdesigned\b", re.MULTILINE)
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Where tests run side by side, those of a file stay together, and so do all that look at the same whole designs."""
-    for item in items:
-        needs_designs = "designed" in getattr(item, "fixturenames", ())
-        item.add_marker(pytest.mark.xdist_group("designs" if needs_designs else item.path.name))
+
+class TogetherScheduling(LoadScopeScheduling):
+    """Where tests run side by side, those of a file stay together, and so do all files that look at the same whole designs."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return _scope_of(self.config.rootpath / nodeid.partition("::")[0])
+
+
+@cache
+def _scope_of(file: Path) -> str:
+    return "designs" if _ASKS_FOR_DESIGNS.search(file.read_text(encoding="utf-8")) else str(file)
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> TogetherScheduling:
+    return TogetherScheduling(config, log)
 
 
 @pytest.fixture(scope="session")
