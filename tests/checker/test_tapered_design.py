@@ -9,17 +9,12 @@ import manifold3d
 import numpy as np
 import pytest
 import trimesh
-from OCP.BRepAdaptor import BRepAdaptor_Surface
-from OCP.GeomAbs import GeomAbs_SurfaceType
-from OCP.STEPControl import STEPControl_Reader
-from OCP.TopAbs import TopAbs_ShapeEnum
-from OCP.TopExp import TopExp_Explorer
-from OCP.TopoDS import TopoDS
 
 from checker.bench import box, tube, write_set_down
 from checker.promises import check_design
 from designed_products import COMPLETE
 from mesh_factory import mesh_of
+from step_planes import plane_normals
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
@@ -75,18 +70,10 @@ def stoppers(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def inclines_of(step: Path) -> list[float]:
     """Degrees to z of the planes of a STEP file that face neither along an axis nor along a mitre of the base."""
-    reader = STEPControl_Reader()
-    reader.ReadFile(str(step))
-    reader.TransferRoots()
-    faces, found = TopExp_Explorer(reader.OneShape(), TopAbs_ShapeEnum.TopAbs_FACE), []
-    while faces.More():
-        surface = BRepAdaptor_Surface(TopoDS.Face(faces.Current()))
-        if surface.GetType() == GeomAbs_SurfaceType.GeomAbs_Plane:
-            axis = surface.Plane().Axis().Direction()
-            if abs(axis.Y()) < 1e-6 and 0.01 < abs(axis.Z()) < 0.6:  # chamfers are at 45°
-                found.append(float(np.degrees(np.arcsin(abs(axis.Z())))))
-        faces.Next()
-    return found
+    inclined = [
+        normal for normal in plane_normals(step) if abs(normal[1]) < 1e-6 and 0.01 < abs(normal[2]) < 0.6
+    ]  # chamfers: 45°
+    return [float(np.degrees(np.arcsin(abs(normal[2])))) for normal in inclined]
 
 
 def test_straight_fingers_hold_neither_cones_nor_pyramids(stoppers: Path, designed: Any) -> None:

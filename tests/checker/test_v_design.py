@@ -8,12 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from OCP.BRepAdaptor import BRepAdaptor_Surface
-from OCP.GeomAbs import GeomAbs_SurfaceType
-from OCP.STEPControl import STEPControl_Reader
-from OCP.TopAbs import TopAbs_ShapeEnum
-from OCP.TopExp import TopExp_Explorer
-from OCP.TopoDS import TopoDS
 
 from checker.bench import box, tube, write_set_down
 from checker.contact import contact_height
@@ -23,6 +17,7 @@ from checker.promises import check_design
 from checker.shapes import placed
 from checker.test_tapered_design import cone
 from designed_products import COMPLETE, INCOMPLETE
+from step_planes import plane_normals
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
@@ -60,19 +55,8 @@ def pins(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def flanks_of(step: Path) -> list[tuple[float, float, float]]:
     """Normals of the planes of a STEP file that face −x and aside, and lie along no mitre of the base: those of a V."""
-    reader = STEPControl_Reader()
-    reader.ReadFile(str(step))
-    reader.TransferRoots()
-    faces, found = TopExp_Explorer(reader.OneShape(), TopAbs_ShapeEnum.TopAbs_FACE), []
-    while faces.More():
-        surface = BRepAdaptor_Surface(TopoDS.Face(faces.Current()))
-        if surface.GetType() == GeomAbs_SurfaceType.GeomAbs_Plane:
-            direction = surface.Plane().Axis().Direction()
-            normal = np.array([direction.X(), direction.Y(), direction.Z()])
-            if 0.3 < abs(normal[1]) < 0.6 and abs(normal[0]) > 0.8:
-                found.append(tuple(np.abs(normal).tolist()))
-        faces.Next()
-    return found
+    normals = plane_normals(step)
+    return [tuple(np.abs(normal).tolist()) for normal in normals if 0.3 < abs(normal[1]) < 0.6 and abs(normal[0]) > 0.8]
 
 
 def test_two_straight_fingers_hold_neither_cones_nor_cylinders(pins: Path, designed: Any) -> None:

@@ -1,5 +1,6 @@
 """The stem of a finger in plan (finger frame, seen along z): a rectangle, hollow or not, or a slice of a cylinder for bores."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -103,11 +104,10 @@ class FlatStem:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GroovedStem:
-    """A flat stem whose gripping surface is hollow; the pad lines the groove."""
+class CutStem(ABC):
+    """A stem whose gripping surface is cut from a flat one; it bends as the rectangle behind what is cut deepest."""
 
-    flat: FlatStem  # as thick as the stem is at the corners of the groove; for an external grip
-    groove: Groove
+    flat: FlatStem  # as thick as the stem and the depth of the cut together; for an external grip
 
     @property
     def outline_mm(self) -> FloatArray:
@@ -116,8 +116,20 @@ class GroovedStem:
 
     @property
     def section(self) -> Section:
-        """Of the rectangle behind the pad where the groove is deepest."""
+        """Of the rectangle behind the pad where the cut is deepest; what stands beside it is left out of account."""
         return rectangle_section(self.wall_mm, self.flat.width_mm)
+
+    @property
+    @abstractmethod
+    def wall_mm(self) -> float:
+        """Behind the pad where the cut is deepest."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroovedStem(CutStem):
+    """A flat stem whose gripping surface is hollow; the pad lines the groove."""
+
+    groove: Groove  # at whose corners the stem is as thick as the flat one
 
     @property
     def wall_mm(self) -> float:

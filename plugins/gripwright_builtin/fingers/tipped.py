@@ -9,29 +9,17 @@ import numpy as np
 from gripwright.domain.shape import FloatArray
 from gripwright.domain.taper import Taper
 from gripwright.domain.v_tip import VTip
-from gripwright_builtin.fingers.stem import FlatStem, PadStrip, Stem
-from gripwright_builtin.fingers.stiffness import Section, rectangle_section
+from gripwright_builtin.fingers.stem import CutStem, PadStrip, Stem
 
 if TYPE_CHECKING:  # the CAD kernel takes most of a second, and most designs that are repeated make no finger
     from gripwright.geometry import brep
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TaperedStem:
+class TaperedStem(CutStem):
     """A flat stem whose tip has an inclined gripping surface; the pad covers that alone, up to a shoulder of the stem."""
 
-    flat: FlatStem  # as thick as the stem and the taper's depth together; for an external grip
     taper: Taper
-
-    @property
-    def outline_mm(self) -> FloatArray:
-        """The rectangle around it."""
-        return self.flat.outline_mm
-
-    @property
-    def section(self) -> Section:
-        """Of the rectangle behind the pad, at the shoulder."""
-        return rectangle_section(self.wall_mm, self.flat.width_mm)
 
     @property
     def wall_mm(self) -> float:
@@ -65,21 +53,10 @@ class TaperedStem:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class VStem:
+class VStem(CutStem):
     """A flat stem whose tip has a V; the pad lines both flanks, folded at the bottom of the V, up to a shoulder of the stem."""
 
-    flat: FlatStem  # as thick as the stem and the tip's depth together, as wide as the V; for an external grip
-    tip: VTip
-
-    @property
-    def outline_mm(self) -> FloatArray:
-        """The rectangle around it."""
-        return self.flat.outline_mm
-
-    @property
-    def section(self) -> Section:
-        """Of the rectangle behind the pad where the V is deepest; what stands beside the V is left out of account."""
-        return rectangle_section(self.wall_mm, self.flat.width_mm)
+    tip: VTip  # as wide as the flat stem
 
     @property
     def wall_mm(self) -> float:
